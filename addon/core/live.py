@@ -22,6 +22,7 @@ from .record import Recorder
 from .snapshot import Snapshot, Watcher
 
 REST = 0.04  # seconds without new targets after which the hand rests: a mouse that moves reports every 8 to 17 ms
+_SLOWEST = 0.15  # seconds: where Blender takes that long to draw, and so to tell of the mouse, it rests later by as much
 _SHARE = 2.0  # between the first answer and the optimum the worker solves that many times longer than it draws
 
 
@@ -66,6 +67,7 @@ class Live:
         self.error: BaseException | None = None
         self.solution: Solution | None = None
         self._aim = Aim(request, places, 1, time.monotonic())
+        self._pause = 0.0  # seconds between the last two targets, _SLOWEST at most
         self._done, self._settled = 0, False  # number of the targets that were gone to, and whether to the end
         self._applied = request  # whose options the solver has
         self._solved = self._aim  # the targets that are solved for
@@ -77,6 +79,7 @@ class Live:
         self._seen: View | None = None
         self._not_before = 0.0
         self._lag = 0.0
+        self._took = 0.0  # the worker's processor time for the last first answer
         self._watcher = Watcher()
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="curvopt", daemon=True)
@@ -106,8 +109,22 @@ class Live:
     def aim(self, request: Request, places: np.ndarray) -> None:
         """New targets. Another object as `request` than before: other options or other held vertices."""
         with self._changed:
-            self._aim = Aim(request, places, self._aim.number + 1, time.monotonic())
+            now = time.monotonic()
+            self._pause = min(now - self._aim.time, _SLOWEST)
+            self._aim = Aim(request, places, self._aim.number + 1, now)
             self._interrupt()
+
+    def await_first(self, seconds: float) -> bool:
+        """Wait for the first answer to the newest targets, that long at most, and not where the last one has taken longer:
+        whether it is there."""
+        deadline = time.monotonic() + seconds
+        with self._changed:
+            if self._took > seconds or self.latest is None:
+                return False
+            while self.latest.number < self._aim.number and self.error is None:
+                if not self._changed.wait(max(0.0, deadline - time.monotonic())):
+                    break
+            return self.latest.number >= self._aim.number
 
     def seen(self, view: View) -> None:
         """The view has been shown: another one on the way is welcome."""
@@ -160,7 +177,7 @@ class Live:
             if self._closing:
                 return False
             is_new = aim.number != self._done
-            rest = aim.time + REST - time.monotonic()
+            rest = aim.time + REST + self._pause - time.monotonic()
             if not is_new and self._settled and not self._finishing:
                 self._changed.wait()
                 return True
@@ -186,7 +203,7 @@ class Live:
 
     def _solve(self, lib: library.Library, mesh: library.Mesh, solver: library.Solver, aim: Aim, settle: bool) -> None:
         """To a passing state of these targets, or to their optimum."""
-        self._solved = aim
+        self._solved, begin = aim, time.thread_time()
         if not settle:
             if aim.request is not self._applied:
                 solver.set_options(_options(lib, aim))
@@ -198,6 +215,8 @@ class Live:
             first = not (settle or self._answered)
             if first or self._wants_another():
                 self._publish(mesh, iterate.positions(), aim.number, iterate.progress.energy, first)
+            if first:
+                self._took = time.thread_time() - begin
             with self._changed:
                 self._answered = True
 
@@ -216,8 +235,8 @@ class Live:
         self.trouble = None
         self._done, self._settled = aim.number, settle
         self._publish(mesh, xyz, aim.number, summary.end.objective, summary=summary if settle else None)
-        if settle and not is_over():
-            self._publish(mesh, xyz, aim.number, summary.end.objective, summary=summary, exact=True)
+        if settle:
+            self._publish(mesh, xyz, aim.number, summary.end.objective, summary=summary, exact_unless=is_over)
 
     def _start_again(self, solver: library.Solver, is_over: Callable[[object], bool]) -> bool:
         """The way of the hand went through shapes from which none leads back, as where it was too far for a moment. So
@@ -246,15 +265,22 @@ class Live:
 
     def _publish(
         self, mesh: library.Mesh, xyz: np.ndarray, number: int, energy: float, first: bool = False,
-        summary: Summary | None = None, exact: bool = False,
+        summary: Summary | None = None, exact_unless: Callable[[], bool] | None = None,
     ) -> None:  # fmt: skip
         begin = time.monotonic()
         self.recorder.see(xyz)
-        snapshot = self._watcher.take(mesh, xyz, exact, None)
+        if exact_unless is None:
+            snapshot = self._watcher.take(mesh, xyz)
+        else:
+            snapshot = self._watcher.take_exact(mesh, xyz, exact_unless)
+        if snapshot is None:
+            return
         end = time.monotonic()
         if first:
             self._lag = end - self._solved.time
-        self.latest = View(snapshot, number, energy, first, end, summary, self._lag)  # replaced whole: a reader sees one or the other
+        with self._changed:
+            self.latest = View(snapshot, number, energy, first, end, summary, self._lag)
+            self._changed.notify_all()
         self._not_before = end + _SHARE * (end - begin)
 
     def _solution(self, lib: library.Library, mesh: library.Mesh, aim: Aim) -> Solution:

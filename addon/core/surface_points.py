@@ -7,12 +7,14 @@ points there are. `lattice` takes the vertices of the subdivided cage, `grids` a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..binding import library
 
+_AT_ONCE = 2048  # points between two looks at whether they are still wanted: some 10 ms
 _NUDGE = 1e-3  # of a quad, towards its middle, where derivatives do not exist at its corner
 
 
@@ -29,17 +31,30 @@ class SurfacePoints:
 
     def jets(self, mesh: library.Mesh, xyz: np.ndarray, surface: str = "limit") -> np.ndarray:
         """Points and derivatives (n, 10, 3) of the surface of the cage `mesh` at xyz (v, 3), as of jets_of()."""
-        options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index(surface))
-        with library.Sampler.create(mesh, xyz, options) as sampler:
-            return self.jets_of(sampler)
+        return self.jets_unless(mesh, xyz, lambda: False, surface)
 
-    def jets_of(self, sampler: library.Sampler) -> np.ndarray:
-        """Points and derivatives (n, 10, 3) of its surface. Derivatives at extraordinary vertices, where there are none,
-        are those close by."""
-        jets = sampler.jets(self.face, self.corner, self.uv)
+    def jets_unless(
+        self, mesh: library.Mesh, xyz: np.ndarray, is_over: Callable[[], bool], surface: str = "limit"
+    ) -> np.ndarray | None:
+        """The same; None if meanwhile nobody wants them any more."""
+        options = mesh.lib.options({"willmore": 1.0}, surface=library.SURFACES.index(surface))
+        parts = [slice(begin, begin + _AT_ONCE) for begin in range(0, len(self.face), _AT_ONCE)]
+        found = []
+        with library.Sampler.create(mesh, xyz, options) as sampler:
+            for part in parts:
+                if is_over():
+                    return None
+                found.append(self.jets_of(sampler, part))
+        return np.concatenate(found) if found else np.empty((0, 10, 3))
+
+    def jets_of(self, sampler: library.Sampler, part: slice = slice(None)) -> np.ndarray:
+        """Points and derivatives (n, 10, 3) of its surface, at a part of the points (n). Derivatives at extraordinary vertices,
+        where there are none, are those close by."""
+        face, corner, inside = self.face[part], self.corner[part], self.inside[part]
+        jets = sampler.jets(face, corner, self.uv[part])
         bad = np.flatnonzero(~np.isfinite(jets).all(axis=(1, 2)))
         if bad.size:
-            near = sampler.jets(self.face[bad], self.corner[bad], self.inside[bad])
+            near = sampler.jets(face[bad], corner[bad], inside[bad])
             near[:, 0] = np.where(np.isfinite(jets[bad, 0]), jets[bad, 0], near[:, 0])
             jets[bad] = near
         return jets

@@ -4,12 +4,14 @@
 
 No modal operator runs while Live is on, because Blender's own grab, undo, saving and modes are to work as ever, and Blender
 refuses undo while a modal operator is there. A timer of the application looks at handles and settings in its place, also in
-the middle of a grab, and changes nothing in the file. Only the three operators do, each as one undo step: to remove what is
-being moved would crash Blender.
+the middle of a grab, and so does a handler that Blender calls when something has moved. They change nothing in the file.
+Only the three operators do, each as one undo step: to remove what is being moved would crash Blender.
 """
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import time
 
 import bpy
@@ -22,6 +24,7 @@ from .reports import report_failure
 
 _TICK = 0.016  # seconds between looks at the handles
 _SHARE = 4.0  # the timer waits that many times longer than a look takes: a fifth of the main thread at most
+_WAIT = 0.01  # seconds that Blender's drawing is kept back at most, for the surface that belongs to it
 _FINISH_TICK = 0.02  # seconds between looks at a worker that settles
 
 _session: Session | None = None
@@ -39,6 +42,27 @@ def _tick() -> float | None:
     begin = time.perf_counter()
     goes_on = _look()
     return max(_TICK, _SHARE * (time.perf_counter() - begin)) if goes_on else None
+
+
+@bpy.app.handlers.persistent
+def _on_moved(*_: object) -> None:
+    """Blender has moved what is grabbed, and draws next."""
+    if threading.current_thread() is threading.main_thread():  # and not a render's
+        _follow()
+
+
+def _follow() -> None:
+    """The surface goes with the hand into the same picture, if it comes in time. To find out what is wrong, and to begin a
+    worker, is for the timer."""
+    session = _session
+    if session is None or session.ended or session.finishing or session.live is None or session.view is None:
+        return
+    begin = time.perf_counter()
+    with contextlib.suppress(Exception):
+        before = session.live.number
+        session.look()
+        if session.live.number > before and session.live.await_first(_WAIT - (time.perf_counter() - begin)):
+            session.speak()
 
 
 def _look() -> bool:
@@ -263,6 +287,7 @@ def register() -> None:
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.app.handlers.load_pre.append(_on_load)
+    bpy.app.handlers.depsgraph_update_post.append(_on_moved)
     config = bpy.context.window_manager.keyconfigs.addon
     if config is not None:  # none in background
         keymap = config.keymaps.new("3D View", space_type="VIEW_3D")
@@ -278,6 +303,7 @@ def unregister() -> None:
         keymap.keymap_items.remove(item)
     _keys.clear()
     bpy.app.handlers.load_pre.remove(_on_load)
+    bpy.app.handlers.depsgraph_update_post.remove(_on_moved)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     for cls in reversed(_CLASSES):

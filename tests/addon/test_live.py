@@ -131,6 +131,24 @@ def test_a_large_cage_that_comes_late_is_said(session):
     assert messages.live_text(request, dataclasses.replace(large, number=0)) == "Live: preparing: 2,400 vertices take their time"
 
 
+def test_a_picture_waits_for_the_surface_that_belongs_to_it(session):
+    """As long as it was told to; never where the last answer has taken longer than that; and not once the session has ended."""
+    request, places, one = settled(session)
+    shift, begin = np.array([0, 0, 0.01]), time.monotonic()
+    one.aim(request, places + shift)
+    assert one.await_first(300.0) and one.latest.number == one.number
+    assert one.await_first(300.0), "it is there already"
+    assert not one.await_first(0.0), "the last one has taken longer"
+    wait(lambda: one.is_settled)
+    with one._changed:  # the worker publishes nothing meanwhile
+        one.aim(request, places)
+        begin = time.monotonic()
+        one._took, one._publish = 0.0, lambda *_, **__: None
+    assert not one.await_first(0.02) and time.monotonic() - begin >= 0.02
+    one.error = ValueError("an error has ended it")
+    assert not one.await_first(300.0)
+
+
 def settled(session):
     """Of a shaken torus the request, the places (k, 3) of its pins, and Live on it, at rest."""
     cage = shaken_torus()
@@ -143,7 +161,7 @@ def settled(session):
 def drag_all(one, request, places, distances) -> None:
     for distance in distances:
         one.aim(request, places + [0, distance, distance])
-        wait(lambda: one.latest.number == one.number)
+        wait(lambda: one.latest.number == one.number or one.error)
         one.seen(one.latest)
 
 
@@ -171,7 +189,7 @@ def test_first_answers_come_before_states_that_pass_and_the_optimum(session):
     assert [view.summary is None for view in seen] == sorted([view.summary is None for view in seen], reverse=True)
     for view in seen:
         assert np.abs(view.snapshot.cage[PINS] - (places + [0, 0, 0.1])).max() < 1e-6
-        assert view.snapshot.triangles is seen[0].snapshot.triangles
+    assert all(view.snapshot.triangles is seen[0].snapshot.triangles for view in seen if view.summary is None)
     assert seen[-1].energy <= seen[0].energy * (1 + 1e-6)
 
 
@@ -361,7 +379,20 @@ def test_quick_pictures_are_those_of_the_surface(session):
     cage = shaken_torus(0.0)
     watcher = live.Watcher()
     with library.Mesh.of_cage(library.load(), cage) as mesh:
-        quick, exact = (watcher.take(mesh, cage.positions, kind, None) for kind in (False, True))
-    assert quick.triangles is exact.triangles and quick.points.shape == exact.points.shape
-    assert np.abs(quick.points - exact.points).max() < 3e-3
-    assert (quick.normals * exact.normals).sum(axis=1).min() > 0.999
+        quick, again = watcher.take(mesh, cage.positions), watcher.take(mesh, cage.positions)
+        exact = watcher.take_exact(mesh, cage.positions, lambda: False)
+        assert watcher.take_exact(mesh, cage.positions, lambda: True) is None
+    assert quick.triangles is again.triangles and 4 * len(quick.triangles) == len(exact.triangles)
+    distances = np.linalg.norm(quick.points[:, None] - exact.points, axis=2)
+    nearest = distances.argmin(axis=1)
+    assert distances.min(axis=1).max() < 1e-2
+    assert (quick.normals * exact.normals[nearest]).sum(axis=1).min() > 0.999
+
+
+def test_an_exact_picture_that_nobody_wants_any_more_is_left():
+    """Between two parts of it."""
+    cage, asked = shaken_torus(), []
+    with library.Mesh.of_cage(library.load(), cage) as mesh:
+        watcher = live.Watcher()
+        assert watcher.take_exact(mesh, cage.positions, lambda: bool(asked.append(0)) or len(asked) == 3) is None
+    assert len(asked) == 3

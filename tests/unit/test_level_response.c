@@ -104,11 +104,15 @@ static void check_iterate(fixture *f) {
     free(gradient);
 }
 
+/* Where no move is so small that one Newton step follows it. */
+enum { NEVER_STRAIGHT = 0 };
+
 /* The gradient after an answer to a move by `by` of a level at its minimum. */
-static double gradient_after(double by, double reach, int parts) {
+static double gradient_after_straight(double by, double straight, double reach, int parts) {
     fixture f;
     fixture_of(&f);
     const double before = co_vector_norm(f.n, f.level->now.gradient);
+    f.s->tuning.near_straight = straight;
     f.s->tuning.near_reach = reach;
     f.s->tuning.near_parts = parts;
     answer(&f, by);
@@ -119,11 +123,25 @@ static double gradient_after(double by, double reach, int parts) {
     return after;
 }
 
+static double gradient_after(double by, double reach, int parts) {
+    return gradient_after_straight(by, NEVER_STRAIGHT, reach, parts);
+}
+
 /* What is left is of second order, at once and by parts. */
 static void test_answer_is_of_first_order(void **state) {
     (void)state;
     CHECK_BETWEEN(check_order(gradient_after(0.02, 100, 1), gradient_after(0.01, 100, 1)), 1.7, 2.3);
     CHECK_BETWEEN(check_order(gradient_after(-0.02, 100, 1), gradient_after(-0.01, 100, 1)), 1.7, 2.3);
+}
+
+/* The same of one Newton step from where only what is held has moved. */
+static void test_newton_step_is_of_first_order(void **state) {
+    (void)state;
+    for (int sign = -1; sign <= 1; sign += 2)
+        CHECK_BETWEEN(check_order(gradient_after_straight(0.02 * sign, 1, 100, 1),
+                                  gradient_after_straight(0.01 * sign, 1, 100, 1)),
+                      1.7, 2.3);
+    CHECK_TRUE(gradient_after_straight(0.01, 1, 100, 1) != gradient_after(0.01, 100, 1));
 }
 
 /* The matrix is that of where the way began, and what it misses grows with the distance from there: a part of the way
@@ -185,11 +203,9 @@ static void test_no_answer_is_worse_than_none(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_answer_is_of_first_order),
-        cmocka_unit_test(test_parts_of_a_long_way),
-        cmocka_unit_test(test_how_many_parts),
-        cmocka_unit_test(test_nothing_else_moves),
-        cmocka_unit_test(test_no_answer_is_worse_than_none),
+        cmocka_unit_test(test_answer_is_of_first_order), cmocka_unit_test(test_newton_step_is_of_first_order),
+        cmocka_unit_test(test_parts_of_a_long_way),      cmocka_unit_test(test_how_many_parts),
+        cmocka_unit_test(test_nothing_else_moves),       cmocka_unit_test(test_no_answer_is_worse_than_none),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);
 }

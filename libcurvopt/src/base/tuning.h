@@ -105,6 +105,7 @@
     X(double, near_settled, 1e-9, 1e-15, 1e-2, "of the energy", "decrement at which the spacing has settled", "66")    \
     X(double, near_finished, 0.1, 1e-6, 1, "decrement tolerances", "decrement at which the end is looked at", "66")    \
     X(int, near_steps, 20, 1, 1000, "steps", "a matrix that takes more is made anew", "66")                            \
+    X(double, near_straight, 0.03, 0, 100, "mean edges", "longest move that one Newton step follows", "66")            \
     X(double, near_reach, 0.5, 0.01, 100, "mean edges", "longest move of targets that is followed at once", "66")      \
     X(int, near_parts, 32, 1, 1000, "parts", "most in which a longer one is followed", "66")                           \
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \

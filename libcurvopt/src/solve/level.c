@@ -456,10 +456,15 @@ int32_t co_level_refresh_factor(co_level *l, curvopt_error *error) {
     co_level_hessian *h = &l->hessian;
     co_damping damping = {.shift = co_level_hessian_least_shift(h, l->now.value)};
     const double mixes[3] = {0, l->objective.run->tuning->newton_mix, 1};
+    const int had_factor = h->has_factor;
     int positive = 0;
     if (n_of(l) == 0)
         return CURVOPT_OK;
     int32_t status = co_level_hessian_assemble(h, &l->now, NULL, 1, error);
+    if (status == CO_CANCELLED || (status == CURVOPT_OK && is_cancelled(l))) { /* and the old one is not spoiled yet */
+        h->has_factor = had_factor;
+        return CURVOPT_OK;
+    }
     for (int k = 0; k < 3 && status == CURVOPT_OK && !positive && !is_cancelled(l); k++) {
         damping.mix = mixes[k];
         status = co_level_hessian_factorize(h, &damping, &positive, error);

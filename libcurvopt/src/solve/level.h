@@ -52,7 +52,8 @@ void co_level_destroy(co_level *level);
 /* The level goes on from another cage, as co_level_objective_move. It has not begun there. */
 int32_t co_level_move(co_level *level, const co_symmetry *symmetry, const co_constraints *constraints,
                       const double *start, int *fits, curvopt_error *error);
-/* The matrix of where the level stands, factored, to be kept. ERROR_MEMORY. */
+/* The matrix of where the level stands, factored, to be kept. When cancelled in time, the one before is. ERROR_MEMORY.
+ */
 int32_t co_level_refresh_factor(co_level *level, curvopt_error *error);
 
 /* Rules, value and gradient at the start; refuses a cage that has none. */

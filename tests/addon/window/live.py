@@ -158,6 +158,27 @@ def the_surface_follows_an_empty_and_esc_restores():
     assert "nothing was changed" in state().message
 
 
+@check
+def the_surface_moves_in_the_same_picture_as_the_hand():
+    """Where the first answer comes in time, which here has all the time."""
+    yield from begin()
+    live, wait, drawn = session().live, part("ui.live")._WAIT, []
+    handler = bpy.types.SpaceView3D.draw_handler_add(
+        lambda: drawn.append((np.array(handles()[0].location), live.latest.number, live.number)), (), "WINDOW", "PRE_VIEW"
+    )
+    part("ui.live")._WAIT = 300.0
+    try:
+        for step in range(1, 6):
+            handles()[0].location.z += 0.02
+            goal, number = np.array(handles()[0].location), live.number
+            yield lambda: live.number > number and drawn and np.array_equal(drawn[-1][0], goal)
+    finally:
+        part("ui.live")._WAIT = wait
+        bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+    assert all(latest == newest for _, latest, newest in drawn), drawn
+    yield settled
+
+
 def contents_of_meshes():
     return {obj.name: [tuple(v.co) for v in obj.data.vertices] for obj in bpy.data.objects if obj.type == "MESH"}
 

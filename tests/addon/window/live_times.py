@@ -2,7 +2,8 @@
 """Run inside a Blender with a real window: how soon the surface follows. Simulated drags of 60 steps a second, a second each,
 then rest until the optimum is on the screen. From the moment of a step to the first drawing of a surface that belongs to it
 or to a later one, and the same to where that surface was ready, which the drawing without a GPU does not slow down.
-Environment: CURVOPT_DRAGS, how many (20)."""
+Environment: CURVOPT_DRAGS, how many (20); CURVOPT_CASE, which; CURVOPT_BARE, with nothing but a viewport, drawn as cheaply as
+Blender can, which is still dearer than with a GPU."""
 
 import importlib
 import os
@@ -16,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import driver  # noqa: E402
-from driver import both_clocks, log, part, setup, shapes, start, state, turns  # noqa: E402
+from driver import both_clocks, log, part, setup, shapes, start, state, turns, viewport  # noqa: E402
 from live import call, handles, session  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -72,7 +73,8 @@ class Times:
         self._undo = [
             self._after(live, "aim", self._aimed), self._after(live, "_publish", self._published), self._begin_with(live),
             self._around(view, "_surface", self._shown), self._around(view, "_dots", None),
-            self._around(part("ui.live"), "_look", None), self._around(part("ui.panel").CURVOPT_PT_minimize, "draw", None),
+            self._around(part("ui.live"), "_look", None), self._around(part("ui.live"), "_follow", None),
+            self._around(part("ui.panel").CURVOPT_PT_minimize, "draw", None),
         ]  # fmt: skip
 
     def end(self):
@@ -170,15 +172,41 @@ def drag(handle, way, times):
     return steps[-1]
 
 
+def bare():
+    """A viewport alone, without what takes long where there is no GPU: overlays (but for ours) and anti-aliasing."""
+    bpy.context.preferences.system.viewport_aa = "OFF"
+    viewport()[0].spaces.active.overlay.show_overlays = False
+    with bpy.context.temp_override(area=viewport()[0]):
+        bpy.ops.screen.screen_full_area(use_hide_panels=True)
+
+
+def turns_of_blender():
+    """Milliseconds (n,) between drawings while something moves and nothing of ours is on."""
+    drawn, begin, torus = [], time.monotonic(), bpy.data.objects["Torus"]
+
+    def move():
+        torus.location.x = 0.1 * np.sin(5 * time.monotonic())
+        return 1 / RATE if time.monotonic() < begin + 3 else None
+
+    handle = bpy.types.SpaceView3D.draw_handler_add(lambda: drawn.append(time.monotonic()), (), "WINDOW", "POST_VIEW")
+    bpy.app.timers.register(move)
+    yield lambda: time.monotonic() > begin + 3.2
+    bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+    return 1e3 * np.diff(drawn)
+
+
 def measure(name):
     make, energy, strength, pins = CASES[name]
     setup()
+    if os.environ.get("CURVOPT_BARE"):
+        bare()
     points, faces = make()
     bpy.context.view_layer.objects.active = bpy.data.objects["Torus"]
     mesh = bpy.data.objects["Torus"].data
     mesh.clear_geometry()
     mesh.from_pydata(points.tolist(), [], faces)
     mesh.vertices.foreach_set("select", np.isin(np.arange(len(points)), pins))
+    own = yield from turns_of_blender()
     settings = bpy.context.scene.curvopt
     settings.energy, settings.strength, settings.pin, settings.symmetry = energy, strength, "SELECTED", "NONE"
     settings.resolution = "SAME"
@@ -202,7 +230,8 @@ def measure(name):
     took = both_clocks() - begin
     times.end()
     calls = 1e3 * np.array(times.calls)
-    log(f"{name}: {DRAGS} drags, {len(times.steps)} steps, {minima} minima; load {os.getloadavg()[0]:.1f}")
+    log(f"{name}: {DRAGS} drags, {len(times.steps)} steps, {minima} minima; load {os.getloadavg()[0]:.1f}; "
+        f"a turn of Blender's own {words(own)} ms")  # fmt: skip
     log(f"  a step to its surface, ms, median / 95 %: ready {words(times.delays(times.ready))}, "
         f"drawn {words(times.delays(times.drawn))}; from the worker's targets on: ready {words(times.delays(times.ready, times.aims))}")
     log(f"  the last step to the optimum: ready {words(times.rests(times.ready, lasts))}, "
@@ -216,8 +245,7 @@ def measure(name):
 
 def everything():
     try:
-        for case in map(int, os.environ.get("CURVOPT_CASES", "0 1 2").split()):
-            yield from measure(list(CASES)[case])
+        yield from measure(list(CASES)[int(os.environ["CURVOPT_CASE"])])
     except Exception as error:
         traceback.print_exc()
         log(f"FAIL {error!r}")

@@ -7,6 +7,9 @@ source "$(dirname "$0")/screen.sh"
 
 export CURVOPT_WINDOW_RESULTS="$work/out/results.txt"
 touch "$CURVOPT_WINDOW_RESULTS"
-blender_window 1800 "$here/live_times.py" >"$work/out/log" 2>&1 || cat "$work/out/log"
+[ -z "${CURVOPT_BARE:-}" ] || size="480 360"
+for case in 0 1 2; do
+    CURVOPT_CASE=$case blender_window 1800 "$here/live_times.py" >"$work/out/log" 2>&1 || cat "$work/out/log"
+done
 cat "$CURVOPT_WINDOW_RESULTS"
 ! grep -q '^FAIL' "$CURVOPT_WINDOW_RESULTS"

@@ -1,7 +1,8 @@
 # shellcheck shell=bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # To be sourced by scripts of this folder: a virtual screen and a folder `$work` with the add-on for a Blender of its own,
-# both gone when the script ends. blender_window SCRIPT runs SCRIPT in a window. BLENDER names another Blender.
+# both gone when the script ends. blender_window SECONDS SCRIPT runs SCRIPT in a window of `size`. BLENDER names another
+# Blender.
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../../.." && pwd)
 export PATH="/usr/bin:$PATH"
@@ -26,6 +27,6 @@ export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config" D
 
 # blender_window SECONDS SCRIPT
 blender_window() {
-    timeout "$1" "${BLENDER:-blender}" --factory-startup --enable-event-simulate -p 0 0 1000 700 \
+    timeout "$1" "${BLENDER:-blender}" --factory-startup --enable-event-simulate -p 0 0 ${size:-1000 700} \
         --python-exit-code 1 -P "$2"
 }
