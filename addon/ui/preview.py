@@ -102,11 +102,12 @@ class Picture:
     def __init__(self) -> None:
         self._drawn: Snapshot | None = None
         self._batches: tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None] | None = None
-        self._triangles: tuple[np.ndarray, gpu.types.GPUIndexBuf] | None = None  # of the connectivity that was drawn last
+        self._triangles: list[tuple[np.ndarray, gpu.types.GPUIndexBuf]] = []  # of connectivities, the last drawn one at the end
 
     def forget(self) -> None:
         """Free what the GPU holds."""
-        self._batches = self._drawn = self._triangles = None
+        self._batches = self._drawn = None
+        self._triangles.clear()
 
     def draw(
         self, snapshot: Snapshot, loose: np.ndarray | None, projection: Matrix, placement: Matrix, paint: tuple[float, ...]
@@ -140,18 +141,23 @@ class Picture:
         self, snapshot: Snapshot, loose: np.ndarray | None
     ) -> tuple[gpu.types.GPUBatch, gpu.types.GPUBatch | None]:
         shader = _surface_shader()
-        if self._triangles is None or self._triangles[0] is not snapshot.triangles:
-            self._triangles = snapshot.triangles, gpu.types.GPUIndexBuf(type="TRIS", seq=snapshot.triangles)
         buffer = gpu.types.GPUVertBuf(_vertex_format(), len(snapshot.points))
         buffer.attr_fill("pos", snapshot.points)
         buffer.attr_fill("nor", snapshot.normals)
-        surface = gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._triangles[1])
+        surface = gpu.types.GPUBatch(type="TRIS", buf=buffer, elem=self._indices_of(snapshot.triangles))
         if loose is None:
             return surface, None
         points = np.concatenate([snapshot.cage, loose])
         ends = len(snapshot.cage) + np.arange(len(loose), dtype=np.int32).reshape(-1, 2)
         wire = {"pos": points, "nor": np.zeros_like(points)}
         return surface, batch_for_shader(shader, "LINES", wire, indices=np.concatenate([snapshot.edges, ends]))
+
+    def _indices_of(self, triangles: np.ndarray) -> gpu.types.GPUIndexBuf:
+        """Kept for two connectivities, because Live goes from a coarse picture to a fine one and back."""
+        found = [pair for pair in self._triangles if pair[0] is triangles]
+        found = found or [(triangles, gpu.types.GPUIndexBuf(type="TRIS", seq=triangles))]
+        self._triangles = [pair for pair in self._triangles if pair[0] is not triangles][-1:] + found
+        return found[0][1]
 
 
 def _vertex_format() -> gpu.types.GPUVertFormat:
