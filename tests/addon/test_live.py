@@ -134,8 +134,7 @@ def test_a_large_cage_that_comes_late_is_said(session):
 def test_a_picture_waits_for_the_surface_that_belongs_to_it(session):
     """As long as it was told to; never where the last answer has taken longer than that; and not once the session has ended."""
     request, places, one = settled(session)
-    shift, begin = np.array([0, 0, 0.01]), time.monotonic()
-    one.aim(request, places + shift)
+    one.aim(request, places + [0, 0, 0.01])
     assert one.await_first(300.0) and one.latest.number == one.number
     assert one.await_first(300.0), "it is there already"
     assert not one.await_first(0.0), "the last one has taken longer"

@@ -5,7 +5,7 @@ surface: on tori, which are regular, by OpenSubdiv, on the sphere of the surface
 over up to 8 faces at poles, by the library's sampler. With CURVOPT_LONG=1 also CPU time against the same run without frames. By default 12 frames on
 the cyclide, on three levels; with CURVOPT_LONG=1 all, on five.
 
-    CURVOPT_LONG=1 python3 -m pytest -s tests/numeric/test_frames_orders.py      # 15 campaigns, an hour of CPU time"""
+    CURVOPT_LONG=1 python3 -m pytest -s tests/numeric/test_frames_orders.py      # 15 campaigns, some nine hours of CPU time"""
 from __future__ import annotations
 
 import time
