@@ -20,26 +20,21 @@ static void test_what_follows_the_first_stage(void **state) {
         co_level_schedule s = co_level_schedule_make(&f, &co_tuning_defaults);
         CHECK_INT(s.ends, f.has_hessian && f.is_final);
         CHECK_INT(s.starts, !f.is_on_normals);
-        CHECK_INT(s.refines, 0);
-        f.is_last = 1;
-        CHECK_INT(co_level_schedule_make(&f, &co_tuning_defaults).refines, !f.is_final);
     }
 }
 
 static void test_tolerances(void **state) {
     (void)state;
     const co_tuning *t = &co_tuning_defaults;
-    for (int bits = 0; bits < 32; bits++) {
+    for (int bits = 0; bits < 16; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_last = bits >> 1 & 1;
         f.expects_plateau = bits >> 2 & 1;
         f.has_hessian = bits >> 3 & 1;
-        f.has_third = bits >> 4 & 1;
-        const double settled = f.has_third ? t->coarse_settled_third : t->coarse_settled;
         co_method_options o = co_level_schedule_make(&f, t).options;
         CHECK_NEAR(o.decrement_tolerance, f.is_final ? 3e-7 : t->coarse_decrement, 0);
-        CHECK_NEAR(o.settled_decrease, f.is_final ? 3e-7 * t->final_settled : settled, 0);
+        CHECK_NEAR(o.settled_decrease, f.is_final ? 3e-7 * t->final_settled : t->coarse_settled, 0);
         int is_patient = f.is_last || f.expects_plateau || !f.has_hessian; /* nothing better follows at once */
         CHECK_INT(o.settled_steps, is_patient ? t->slow_steps : t->quick_steps);
         CHECK_NEAR(o.gradient_tolerance, 1e-9, 0);
@@ -56,13 +51,12 @@ typedef struct stage {
     double value;
     double left; /* decrement there */
     int verdict; /* of review_for_figures() there: co_step_verdict */
-    int other;   /* whether refine() there makes it another function */
 } stage;
 
 typedef struct script {
     const stage *stage;
     int n, at;
-    char log[200]; /* a letter for every call: L, N run; F refine; R review; D decrement */
+    char log[200]; /* a letter for every call: L, N run; R review; D decrement */
     int limit[20]; /* max_iterations of each run */
     int place;     /* the stage that the iterate is at */
 } script;
@@ -83,14 +77,6 @@ static int32_t run(void *context, co_method method, const co_method_options *opt
     *outcome = (co_outcome){.stop = s->stage[s->place].stop,
                             .iterations = s->stage[s->place].iterations,
                             .evaluations = 2 * s->stage[s->place].iterations};
-    return CURVOPT_OK;
-}
-
-static int32_t refine(void *context, int *changed, curvopt_error *error) {
-    script *s = context;
-    (void)error;
-    note(s, 'F');
-    *changed = s->stage[s->place].other;
     return CURVOPT_OK;
 }
 
@@ -117,12 +103,8 @@ static double value(void *context) {
 
 static co_outcome play(const co_level_facts *facts, script *s) {
     const co_level_schedule schedule = co_level_schedule_make(facts, &co_tuning_defaults);
-    const co_scheduled on = {.context = s,
-                             .run = run,
-                             .refine = refine,
-                             .review_for_figures = review,
-                             .decrement = decrement,
-                             .value = value};
+    const co_scheduled on = {
+        .context = s, .run = run, .review_for_figures = review, .decrement = decrement, .value = value};
     co_outcome outcome;
     curvopt_error error;
     CHECK_OK(co_level_schedule_run(&schedule, &on, &outcome, &error), &error);
@@ -152,20 +134,6 @@ static void test_coarse_level_is_one_stage(void **state) {
     assert_string_equal(s.log, "L");
     CHECK_INT(end.stop, SETTLED);
     CHECK_INT(s.limit[0], 1000);
-}
-
-/* On the last level by coarse rules first, and by finer ones if these are others. */
-static void test_first_stage_is_refined(void **state) {
-    (void)state;
-    co_level_facts f = usual;
-    f.is_last = 1;
-    PLAY(&f, same, s, {ENDS(SETTLED, 12, 50)});
-    assert_string_equal(s.log, "LF");
-    CHECK_INT(same.stop, SETTLED);
-    PLAY(&f, other, t, {ENDS(SETTLED, 12, 50), .other = 1}, {ENDS(CONVERGED, 7, 49)});
-    assert_string_equal(t.log, "LFL");
-    CHECK_INT(other.stop, CONVERGED);
-    CHECK_INT(t.limit[1], 988);
 }
 
 static void test_a_first_stage_that_fails_is_the_last(void **state) {
@@ -230,7 +198,6 @@ int main(void) {
         cmocka_unit_test(test_what_follows_the_first_stage),
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
-        cmocka_unit_test(test_first_stage_is_refined),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),

@@ -32,7 +32,7 @@ typedef struct solver {
     co_step_control control;
     double slope;       /* gradient.direction */
     double step_excess; /* step_excess_of() the last direction */
-    int age;            /* steps by the present preconditioner; 0: it is to be updated */
+    int stale_steps;    /* steps since the preconditioner was updated */
     int small_steps;    /* steps in a row whose predicted decrease is below the tolerance */
 } solver;
 
@@ -97,13 +97,8 @@ static void find_direction(solver *s, const double *gradient) {
 /* Updates the preconditioner when it has gone stale. The pairs tell of the function, which has not changed: they stay.
  */
 static void keep_fresh(solver *s, const co_iterate *now) {
-    const int every = s->options->update_every;
-    const int is_stale = s->age >= every;
-    if (s->f->update_preconditioner && (s->age == 0 || (every > 0 && is_stale))) {
+    if (s->f->update_preconditioner && s->stale_steps++ % s->options->update_every == 0)
         s->f->update_preconditioner(s->f->context, now, s->step_excess);
-        s->age = 0;
-    }
-    s->age++;
 }
 
 /* How many times longer than it ought to have been the last direction was: than the cap, or than what of it stood.
@@ -132,7 +127,7 @@ static int find_step(solver *s, const co_iterate *now) {
         if (!had_history)
             return 0;
         s->h.n_pairs = 0;
-        s->age = 0;
+        s->stale_steps = 0;
         keep_fresh(s, now);
         s->outcome->restarts++;
     }
@@ -154,22 +149,10 @@ static int is_small(const solver *s, const co_iterate *now) {
     return s->f->precondition && -s->slope <= s->options->decrement_tolerance * fabs(now->value);
 }
 
-/* Whether the last so many steps are by a preconditioner that was made for them. An older one may be to blame for what
- * they say: it is updated next. */
-static int were_fresh(solver *s, int steps) {
-    if (!s->f->update_preconditioner || s->options->update_every == 0 || s->age <= steps)
-        return 1;
-    s->age = 0;
-    return 0;
-}
-
-/* Whether the last steps brought little. */
 static int has_settled(solver *s, const co_iterate *now) {
     const co_method_options *o = s->options;
-    if (!s->f->precondition ||
-        !co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease))
-        return 0;
-    return were_fresh(s, o->settled_steps);
+    return s->f->precondition &&
+           co_step_control_has_settled(&s->control, now, s->outcome->iterations, o->settled_steps, o->settled_decrease);
 }
 
 static int iterate(solver *s, co_iterate *now) {
@@ -187,11 +170,8 @@ static int iterate(solver *s, co_iterate *now) {
             /* One step may be short because the preconditioner was stiffened; hence several in a row. */
             s->small_steps = is_small(s, now) ? s->small_steps + 1 : 0;
             stop = take_step(s, now);
-            if (stop < 0 && s->control.last_stands && s->small_steps >= small_steps) {
-                if (were_fresh(s, small_steps))
-                    stop = CURVOPT_STOP_CONVERGED;
-                s->small_steps = 0;
-            }
+            if (stop < 0 && s->control.last_stands && s->small_steps >= small_steps)
+                stop = CURVOPT_STOP_CONVERGED;
         } else { /* of a small step rounding may hide what it would bring */
             stop = is_small(s, now) ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
         }

@@ -302,22 +302,6 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return status;
 }
 
-/* The first stage's rules become those that its end is good for; the iterate is held against them. */
-static int32_t refine(void *context, int *changed, curvopt_error *error) {
-    co_level *l = context;
-    const double wanted = l->objective.run->tuning->working_factor * l->tolerance;
-    co_step_verdict verdict = CO_STEP_KEEP;
-    *changed = 0;
-    if (!(wanted < l->working_tolerance))
-        return CURVOPT_OK;
-    l->working_tolerance = wanted;
-    l->objective.assembly.met = 0;
-    co_level_objective_place(&l->objective, l->now.x);
-    int32_t status = co_step_review_check(&l->review, &l->now, &verdict, error);
-    *changed = verdict != CO_STEP_KEEP;
-    return status;
-}
-
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
     return co_newton_decrement(&l->hessian, &l->now, left, error);
@@ -335,7 +319,6 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
-                                  .has_third = l->objective.assembly.functional.has_third,
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,
                                   .stops_short = prospect->stops_short,
@@ -386,7 +369,6 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
     const co_level_schedule schedule = schedule_of(l, prospect);
     const co_scheduled scheduled = {.context = l,
                                     .run = run_method,
-                                    .refine = refine,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
                                     .value = value};
@@ -420,11 +402,6 @@ static int finds_result(const co_run_context *run, co_motion motion, int32_t num
                                            co_run_context_is_last(run, number));
 }
 
-static double working_factor_of(const co_level *l) {
-    const co_tuning *t = l->objective.run->tuning;
-    return l->is_final ? 1 : l->objective.assembly.functional.has_third ? t->working_third : t->working_factor;
-}
-
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                         const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
                         co_level **out, curvopt_error *error) {
@@ -439,14 +416,13 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
+    l->working_tolerance = l->is_final ? l->tolerance : run->tuning->working_factor * l->tolerance;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
-    if (status == CURVOPT_OK) {
-        l->working_tolerance = l->tolerance * working_factor_of(l);
+    if (status == CURVOPT_OK)
         status = create_room(l, error);
-    }
     if (status == CURVOPT_OK)
         status = co_level_hessian_create(&l->objective, &l->hessian, error);
     if (status != CURVOPT_OK) {

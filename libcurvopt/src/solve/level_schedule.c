@@ -5,17 +5,16 @@
 
 /* --------------------------------------------------------------------------------------- the plan -- */
 
-/* Near its minimum a level's matrix is good for all steps, and what it predicts comes true. */
-static void start_near(const co_level_facts *f, co_level_schedule *s) {
+/* Near its minimum a level's matrix is good for many steps, and what it predicts comes true. */
+static void start_near(const co_level_facts *f, const co_tuning *t, co_level_schedule *s) {
     s->options.decrement_tolerance = f->decrement;
     s->options.settled_decrease = 0.1 * f->decrement;
-    s->options.update_every = 0;
+    s->options.update_every = t->near_update_every;
     s->options.small_steps = 1;
 }
 
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     double tolerance = f->decrement_tolerance;
-    const double settled = f->has_third ? t->coarse_settled_third : t->coarse_settled;
     int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
     co_level_schedule s = {
         .starts = f->is_near ? f->stops_short : !f->is_on_normals,
@@ -23,22 +22,16 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .max_iterations = f->max_iterations,
                     .gradient_tolerance = f->gradient_tolerance,
                     .decrement_tolerance = f->is_final ? tolerance : fmax(tolerance, t->coarse_decrement),
-                    .settled_decrease = f->is_final ? t->final_settled * tolerance : settled,
+                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->coarse_settled,
                     .settled_steps = is_quick ? t->quick_steps : t->slow_steps,
                     .max_step = f->max_step,
                     .closely = f->closely,
                     .memory = t->lbfgs_memory,
                     .update_every = t->lbfgs_update_every},
-        .refines = f->is_last && !f->is_final,
         .ends = f->has_hessian && f->is_final && !f->stops_short,
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)
-        start_near(f, &s);
-    s.forming = s.options;
-    if (!f->is_near && !f->is_final) {
-        s.forming.update_every = t->lbfgs_update_forming;
-        s.forming.settled_steps = f->expects_plateau ? t->slow_steps : t->quick_steps;
-    }
+        start_near(f, t, &s);
     return s;
 }
 
@@ -57,29 +50,15 @@ static int ended_well(const runner *r) {
 }
 
 /* One stage, of as many steps as are left. */
-static int32_t run_with(runner *r, co_method method, const co_method_options *options) {
+static int32_t run_stage(runner *r, co_method method) {
     const co_outcome before = *r->outcome;
-    co_method_options rest = *options;
+    co_method_options rest = r->schedule->options;
     rest.max_iterations -= before.iterations;
     int32_t status = r->on->run(r->on->context, method, &rest, &before, r->outcome, r->error);
     r->outcome->iterations += before.iterations;
     r->outcome->evaluations += before.evaluations;
     r->outcome->rejected += before.rejected;
     return status;
-}
-
-static int32_t run_stage(runner *r, co_method method) {
-    return run_with(r, method, &r->schedule->options);
-}
-
-/* The first stage, by coarse rules and few matrices first. */
-static int32_t form_shape(runner *r) {
-    int changed;
-    int32_t status = run_with(r, CO_METHOD_LBFGS, &r->schedule->forming);
-    if (status != CURVOPT_OK || !ended_well(r) || !r->schedule->refines)
-        return status;
-    status = r->on->refine(r->on->context, &changed, r->error);
-    return status == CURVOPT_OK ? run_stage(r, CO_METHOD_LBFGS) : status;
 }
 
 /* A level that has settled on a plateau is not at its end: while the certificate is not met, both methods go on.
@@ -112,6 +91,6 @@ int32_t co_level_schedule_run(const co_level_schedule *schedule, const co_schedu
     runner r = {.schedule = schedule, .on = on, .outcome = outcome, .error = error};
     *outcome = (co_outcome){0};
     outcome->stop = CURVOPT_STOP_CONVERGED;
-    int32_t status = schedule->starts ? form_shape(&r) : CURVOPT_OK;
+    int32_t status = schedule->starts ? run_stage(&r, CO_METHOD_LBFGS) : CURVOPT_OK;
     return status == CURVOPT_OK && ended_well(&r) && schedule->ends ? end_by_newton(&r) : status;
 }

@@ -5,7 +5,6 @@
  *
  *   first       L-BFGS, preconditioned by the Gauss-Newton matrix, leads to the shape in a few steps; not on normals,
  *               where the shape nearly stands
- *   refined     the same by finer rules, on the last level
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the
@@ -28,7 +27,6 @@ typedef struct co_level_facts {
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
     int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
-    int has_third;       /* the energy is of third order */
     int is_near;         /* the level starts near its minimum, with a matrix that was good there */
     int stops_short;     /* the first stage is all that is wanted */
     int closely;         /* what was found by matrices that are off by a little was not stationary */
@@ -42,8 +40,6 @@ typedef struct co_level_facts {
 typedef struct co_level_schedule {
     int starts;                /* whether there is a first stage */
     co_method_options options; /* of all stages; its iterations are those of all together */
-    co_method_options forming; /* of the first stage until it refines */
-    int refines;               /* whether the first stage goes on by finer rules once it has settled */
     int ends;                  /* whether the end follows once the first stage has settled */
     double stationary;         /* relative decrement that meets the certificate */
 } co_level_schedule;
@@ -56,8 +52,6 @@ typedef struct co_scheduled {
     /* Runs a method from the iterate; `before`: what earlier stages did, for the report. */
     int32_t (*run)(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                    co_outcome *outcome, curvopt_error *error);
-    /* Refines the rules of the first stage; *changed: whether the function is another one now. */
-    int32_t (*refine)(void *context, int *changed, curvopt_error *error);
     /* Reviews the iterate with the accuracy that the figures at the end need. */
     int32_t (*review_for_figures)(void *context, co_step_verdict *verdict, curvopt_error *error);
     /* Newton decrement at the iterate. */
