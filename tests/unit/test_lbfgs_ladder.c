@@ -152,7 +152,7 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
  * off. */
 typedef struct preconditioned {
     problem p; /* first, so that it is the callbacks' context */
-    int n_updates, at[32], applied;
+    int n_updates, at[32], applied, wants_hessian;
 } preconditioned;
 
 static int precondition(void *context, const double *in, double *out) {
@@ -163,10 +163,11 @@ static int precondition(void *context, const double *in, double *out) {
     return 0;
 }
 
-static void update(void *context, const co_iterate *now, double step_excess) {
+static void update(void *context, const co_iterate *now, double step_excess, int by_hessian) {
     preconditioned *c = context;
     CHECK_NEAR(now->x[0], c->p.x[0], 0);
     CHECK_BETWEEN(step_excess, 0, 1);
+    CHECK_INT(by_hessian, c->wants_hessian);
     c->at[c->n_updates++] = c->p.reports;
 }
 
@@ -188,6 +189,7 @@ static void test_preconditioner_is_updated_at_regular_steps(void **state) {
         for (int i = 0; i < 12; i++)
             c.p.x[i] = r.x[i] = 5;
         r.options.update_every = every;
+        r.options.by_hessian = c.wants_hessian = every % 2;
         r.options.max_iterations = 7;
         r.options.gradient_tolerance = 0;
         r.now = (co_iterate){.x = r.x, .gradient = r.g};

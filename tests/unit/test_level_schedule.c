@@ -10,36 +10,45 @@ static const co_level_facts usual = {
 
 /* --------------------------------------------------------------------------------------- the plan -- */
 
-static void test_what_follows_the_first_stage(void **state) {
+static void test_which_stages_there_are(void **state) {
     (void)state;
-    for (int bits = 0; bits < 8; bits++) {
+    for (int bits = 0; bits < 64; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_on_normals = bits >> 1 & 1;
         f.has_hessian = bits >> 2 & 1;
+        f.is_last = bits >> 3 & 1;
+        f.is_near = bits >> 4 & 1;
+        f.stops_short = bits >> 5 & 1;
         co_level_schedule s = co_level_schedule_make(&f, &co_tuning_defaults);
-        CHECK_INT(s.ends, f.has_hessian && f.is_final);
-        CHECK_INT(s.starts, !f.is_on_normals);
+        CHECK_INT(s.forms, !f.is_final && !f.is_on_normals && !f.is_near);
+        CHECK_INT(s.settles, f.is_near ? f.stops_short : (f.is_final || f.is_last) && !f.is_on_normals);
+        CHECK_INT(s.ends, f.has_hessian && f.is_final && !f.stops_short);
     }
 }
 
 static void test_tolerances(void **state) {
     (void)state;
     const co_tuning *t = &co_tuning_defaults;
-    for (int bits = 0; bits < 16; bits++) {
+    for (int bits = 0; bits < 32; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_last = bits >> 1 & 1;
         f.expects_plateau = bits >> 2 & 1;
         f.has_hessian = bits >> 3 & 1;
-        co_method_options o = co_level_schedule_make(&f, t).options;
-        CHECK_NEAR(o.decrement_tolerance, f.is_final ? 3e-7 : t->coarse_decrement, 0);
-        CHECK_NEAR(o.settled_decrease, f.is_final ? 3e-7 * t->final_settled : t->coarse_settled, 0);
-        int is_patient = f.is_last || f.expects_plateau || !f.has_hessian; /* nothing better follows at once */
-        CHECK_INT(o.settled_steps, is_patient ? t->slow_steps : t->quick_steps);
-        CHECK_NEAR(o.gradient_tolerance, 1e-9, 0);
-        CHECK_NEAR(o.max_step, 0.2, 0);
-        CHECK_NEAR(co_level_schedule_make(&f, t).stationary, 3e-7 * t->stationary, 0);
+        f.has_repulsion = bits >> 4 & 1;
+        const co_level_schedule s = co_level_schedule_make(&f, t);
+        for (int forming = 0; forming < 2; forming++) {
+            const co_method_options *o = forming ? &s.forming : &s.options;
+            CHECK_NEAR(o->decrement_tolerance, f.is_final ? 3e-7 : t->coarse_decrement, 0);
+            CHECK_NEAR(o->settled_decrease, f.is_final ? 3e-7 * t->final_settled : t->coarse_settled, 0);
+            CHECK_INT(o->settled_steps, forming && !f.expects_plateau ? t->quick_steps : t->slow_steps);
+            CHECK_INT(o->update_every, f.is_final || f.has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every);
+            CHECK_INT(o->by_hessian, !forming && !f.is_final);
+            CHECK_NEAR(o->gradient_tolerance, 1e-9, 0);
+            CHECK_NEAR(o->max_step, 0.2, 0);
+        }
+        CHECK_NEAR(s.stationary, 3e-7 * t->stationary, 0);
     }
 }
 
@@ -56,7 +65,7 @@ typedef struct stage {
 typedef struct script {
     const stage *stage;
     int n, at;
-    char log[200]; /* a letter for every call: L, N run; R review; D decrement */
+    char log[200]; /* a letter for every call: L, N run; F refine; R review; D decrement */
     int limit[20]; /* max_iterations of each run */
     int place;     /* the stage that the iterate is at */
 } script;
@@ -77,6 +86,13 @@ static int32_t run(void *context, co_method method, const co_method_options *opt
     *outcome = (co_outcome){.stop = s->stage[s->place].stop,
                             .iterations = s->stage[s->place].iterations,
                             .evaluations = 2 * s->stage[s->place].iterations};
+    return CURVOPT_OK;
+}
+
+static int32_t refine(void *context, curvopt_error *error) {
+    script *s = context;
+    (void)error;
+    note(s, 'F');
     return CURVOPT_OK;
 }
 
@@ -103,8 +119,12 @@ static double value(void *context) {
 
 static co_outcome play(const co_level_facts *facts, script *s) {
     const co_level_schedule schedule = co_level_schedule_make(facts, &co_tuning_defaults);
-    const co_scheduled on = {
-        .context = s, .run = run, .review_for_figures = review, .decrement = decrement, .value = value};
+    const co_scheduled on = {.context = s,
+                             .run = run,
+                             .refine = refine,
+                             .review_for_figures = review,
+                             .decrement = decrement,
+                             .value = value};
     co_outcome outcome;
     curvopt_error error;
     CHECK_OK(co_level_schedule_run(&schedule, &on, &outcome, &error), &error);
@@ -136,6 +156,16 @@ static void test_coarse_level_is_one_stage(void **state) {
     CHECK_INT(s.limit[0], 1000);
 }
 
+static void test_last_level_settles(void **state) {
+    (void)state;
+    co_level_facts f = usual;
+    f.is_last = 1;
+    PLAY(&f, end, s, {ENDS(SETTLED, 12, 50)}, {ENDS(CONVERGED, 7, 49)});
+    assert_string_equal(s.log, "LFL");
+    CHECK_INT(end.stop, CONVERGED);
+    CHECK_INT(s.limit[1], 988);
+}
+
 static void test_a_first_stage_that_fails_is_the_last(void **state) {
     (void)state;
     co_level_facts f = usual;
@@ -163,7 +193,7 @@ static void test_newton_goes_on_while_not_stationary(void **state) {
     f.is_last = f.is_final = 1;
     PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(SETTLED, 15, 40), .left = 1e-3}, {ENDS(SETTLED, 9, 39)},
          {ENDS(SETTLED, 4, 30), .left = 1e-8});
-    assert_string_equal(s.log, "LNRDLNRD");
+    assert_string_equal(s.log, "FLNRDLNRD");
     CHECK_INT(end.stop, SETTLED);
 }
 
@@ -173,7 +203,7 @@ static void test_newton_by_finer_rules(void **state) {
     f.is_last = f.is_final = 1;
     PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(CONVERGED, 15, 40), .verdict = CO_STEP_CHANGED},
          {ENDS(CONVERGED, 4, 39)});
-    assert_string_equal(s.log, "LNRNR");
+    assert_string_equal(s.log, "FLNRNR");
     CHECK_INT(end.stop, CONVERGED);
 }
 
@@ -195,9 +225,10 @@ static void test_rounds_are_limited(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_what_follows_the_first_stage),
+        cmocka_unit_test(test_which_stages_there_are),
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
+        cmocka_unit_test(test_last_level_settles),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),

@@ -27,7 +27,8 @@
     X(double, search_growth, 4, 1.1, 100, "factor", "the step grows by this while it may be longer", "50")             \
     /* L-BFGS: optimize/lbfgs.c. */                                                                                    \
     X(int, lbfgs_memory, 12, 1, 100, "pairs", "more bring nothing with a preconditioner", "50")                        \
-    X(int, lbfgs_update_every, 5, 1, 100, "steps", "between updates of the preconditioner", "46")                      \
+    X(int, lbfgs_update_every, 25, 1, 100, "steps", "between updates of the preconditioner", "46")                     \
+    X(int, lbfgs_update_often, 5, 1, 100, "steps", "the same beside repulsion, and where spacing is free", "46")       \
     X(double, lbfgs_short_share, 0.5, 0.01, 1, "of a direction", "a shorter step says that the matrix is too soft",    \
       "51")                                                                                                            \
     X(int, lbfgs_small_steps, 4, 1, 100, "steps", "one may be small because the matrix was stiffened", "50")           \
@@ -51,8 +52,6 @@
     X(double, shift_least, 0.1, 1e-6, 10, "of the energy by vertices",                                                 \
       "curvature that counts as none; defines the certificate, too", "70")                                             \
     X(double, shift_raise, 4, 1.1, 100, "factor", "of a shift that leaves L-BFGS' matrix indefinite", "51")            \
-    X(double, stiffen_much, 4, 1, 100, "step excess", "above, the shift grows by the excess itself", "51")             \
-    X(double, stiffen_most, 10, 1, 1000, "factor", "most for the shift in one update", "51")                           \
     X(double, stiffen_from, 1.5, 0.5, 100, "step excess", "above, the shift grows by stiffen_factor", "51")            \
     X(double, stiffen_factor, 2, 1, 100, "factor", "of the shift", "51")                                               \
     X(double, soften_below, 0.7, 0.01, 2, "step excess", "below, the shift falls by soften_factor", "51")              \
@@ -81,11 +80,14 @@
     X(int, review_every, 5, 1, 1000, "steps", "with one: quadrature is checked", "25")                                 \
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
     X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
-    X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature of levels before the last one", "25")       \
+    X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature on the way", "25")                          \
+    X(double, working_third, 100, 1, 1e4, "of the tolerance", "the same for third order, until the shape has settled", \
+      "25")                                                                                                            \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
-    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the last level",    \
-      "59")                                                                                                            \
+    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the end", "59")     \
+    X(double, last_decrement, 1e-6, 1e-10, 1e-1, "of the energy", "the last level has settled", "59")                  \
+    X(double, last_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, at the last level", "59")    \
     X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
       "59")                                                                                                            \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \
@@ -100,7 +102,6 @@
     X(double, repulsion_reach, 0.2, 0.01, 1, "mean edges", "distance at which parts of a surface repel each other",    \
       "113")                                                                                                           \
     /* A solver that stays: solve/live.c, solve/level_response.c. */                                                   \
-    X(int, near_update_every, 25, 1, 1000, "steps", "between updates of a matrix that was good nearby", "66")          \
     X(double, near_passing, 1e-5, 1e-12, 1e-1, "of the energy", "decrement at which a passing state is shown", "66")   \
     X(double, near_settled, 1e-9, 1e-15, 1e-2, "of the energy", "decrement at which the spacing has settled", "66")    \
     X(double, near_finished, 0.1, 1e-6, 1, "decrement tolerances", "decrement at which the end is looked at", "66")    \

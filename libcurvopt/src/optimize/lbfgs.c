@@ -98,7 +98,7 @@ static void find_direction(solver *s, const double *gradient) {
  */
 static void keep_fresh(solver *s, const co_iterate *now) {
     if (s->f->update_preconditioner && s->stale_steps++ % s->options->update_every == 0)
-        s->f->update_preconditioner(s->f->context, now, s->step_excess);
+        s->f->update_preconditioner(s->f->context, now, s->step_excess, s->options->by_hessian);
 }
 
 /* How many times longer than it ought to have been the last direction was: than the cap, or than what of it stood.

@@ -60,9 +60,10 @@ typedef struct co_objective {
     /* An initial inverse Hessian, or NULL: out [n] = M^-1 in [n], M symmetric positive definite; in and out may be the
      * same. Nonzero if that failed. */
     int (*precondition)(void *context, const double *in, double *out);
-    /* Makes M that of `now`; if that cannot be done there is none. `step_excess` is how many times too long the last
-     * direction was, 0 at first: where it is large, M should be stiffer. */
-    void (*update_preconditioner)(void *context, const co_iterate *now, double step_excess);
+    /* Makes M that of `now`: the Gauss-Newton matrix, or the Hessian; if that cannot be done there is none.
+     * `step_excess` is how many times too long the last direction was, 0 at first: where it is large, M should be
+     * stiffer. */
+    void (*update_preconditioner)(void *context, const co_iterate *now, double step_excess, int by_hessian);
     /* The Hessian at `now`, for Newton's method, else NULL; if not `closely` one that may be off by a little. `before`
      * is NULL, or where the last step began: the matrix may then be a better guide after such a step, and is the
      * Hessian in the limit of short ones. Nonzero if that failed. */

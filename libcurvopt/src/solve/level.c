@@ -111,9 +111,10 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
                                  .length = co_level_objective_distance(&l->objective, before->x, now->x),
                                  .defect = now->found[CO_FOUND_DEFECT]};
     co_level_objective_normalize(&l->objective, now);
-    if (l->objective.run->options->joshi_sequin || !co_step_review_is_due(&l->review, &facts))
+    const int waits = l->objective.repulsion.mesh && iteration % l->objective.run->tuning->review_every != 0;
+    if (l->objective.run->options->joshi_sequin || waits || !co_step_review_is_due(&l->review, &facts))
         return weigh_anew(l, now, verdict);
-    if (iteration % l->objective.run->tuning->review_every == 0 && co_level_objective_crosses(&l->objective, now->x)) {
+    if (co_level_objective_crosses(&l->objective, now->x)) {
         co_step_review_take_back(&l->review, now);
         return CO_STEP_REJECT;
     }
@@ -132,7 +133,7 @@ static int precondition(void *context, const double *in, double *out) {
     return status != CURVOPT_OK;
 }
 
-static void update_preconditioner(void *context, const co_iterate *now, double step_excess) {
+static void update_preconditioner(void *context, const co_iterate *now, double step_excess, int by_hessian) {
     co_level *l = context;
     const int keeps = l->keeps_factor && l->hessian.has_factor;
     l->keeps_factor = 0;
@@ -140,7 +141,7 @@ static void update_preconditioner(void *context, const co_iterate *now, double s
         return;
     l->hessian.has_factor = 0;
     if (l->failed == CURVOPT_OK)
-        l->failed = co_level_hessian_update(&l->hessian, now, step_excess, l->error);
+        l->failed = co_level_hessian_update(&l->hessian, now, step_excess, by_hessian, l->error);
 }
 
 static int assemble(void *context, const co_iterate *now, const double *before, int closely) {
@@ -302,6 +303,19 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return status;
 }
 
+/* Rules that are good enough for a result; the iterate is held against them. */
+static int32_t refine(void *context, curvopt_error *error) {
+    co_level *l = context;
+    const double wanted = l->objective.run->tuning->working_factor * l->tolerance;
+    co_step_verdict verdict;
+    if (!(wanted < l->working_tolerance))
+        return CURVOPT_OK;
+    l->working_tolerance = wanted;
+    l->objective.assembly.met = 0;
+    co_level_objective_place(&l->objective, l->now.x);
+    return co_step_review_check(&l->review, &l->now, &verdict, error);
+}
+
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
     return co_newton_decrement(&l->hessian, &l->now, left, error);
@@ -319,6 +333,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
+                                  .has_repulsion = l->objective.repulsion.mesh != NULL,
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,
                                   .stops_short = prospect->stops_short,
@@ -369,6 +384,7 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
     const co_level_schedule schedule = schedule_of(l, prospect);
     const co_scheduled scheduled = {.context = l,
                                     .run = run_method,
+                                    .refine = refine,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
                                     .value = value};
@@ -402,6 +418,11 @@ static int finds_result(const co_run_context *run, co_motion motion, int32_t num
                                            co_run_context_is_last(run, number));
 }
 
+static double working_factor_of(const co_level *l) {
+    const co_tuning *t = l->objective.run->tuning;
+    return l->is_final ? 1 : l->objective.assembly.functional.has_third ? t->working_third : t->working_factor;
+}
+
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                         const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
                         co_level **out, curvopt_error *error) {
@@ -416,13 +437,14 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
-    l->working_tolerance = l->is_final ? l->tolerance : run->tuning->working_factor * l->tolerance;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK) {
+        l->working_tolerance = l->tolerance * working_factor_of(l);
         status = create_room(l, error);
+    }
     if (status == CURVOPT_OK)
         status = co_level_hessian_create(&l->objective, &l->hessian, error);
     if (status != CURVOPT_OK) {

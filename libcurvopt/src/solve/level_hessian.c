@@ -110,17 +110,18 @@ int32_t co_level_hessian_factorize_shifted(co_level_hessian *h, double shift, cu
 
 /* How the shift changes after a step that was so many times too long. */
 static double shift_change(const co_tuning *t, double excess) {
-    if (excess > t->stiffen_much)
-        return fmin(excess, t->stiffen_most);
     return excess > t->stiffen_from ? t->stiffen_factor : excess > t->soften_below ? 1 : t->soften_factor;
 }
 
-int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, curvopt_error *error) {
+int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, int by_hessian,
+                                curvopt_error *error) {
     double least = co_level_hessian_least_shift(h, now->value);
     h->has_factor = 0; /* factorizing spoils the old one, even if it fails */
     if (co_run_context_is_cancelled(h->objective->run))
         return CURVOPT_OK;
-    int32_t status = assemble_at(h, now->x, preconditioner, co_gauge_exact(h->objective->gauge), error);
+    const co_second_kind hessian = {.exact = 1, .coarser = tuning_of(h)->newton_coarser};
+    const co_second_kind *kind = by_hessian ? &hessian : &preconditioner;
+    int32_t status = assemble_at(h, now->x, *kind, co_gauge_exact(h->objective->gauge), error);
     if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
         return status;
     double wanted = h->shift * shift_change(tuning_of(h), step_excess);

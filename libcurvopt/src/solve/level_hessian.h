@@ -23,10 +23,11 @@ void co_level_hessian_free(co_level_hessian *hessian);
  * curvature below it counts as none. */
 double co_level_hessian_least_shift(const co_level_hessian *hessian, double value);
 
-/* For L-BFGS: the matrix at `now`, shifted (Levenberg 1944, Marquardt 1963). The shift is no less than the least one,
- * so that what the matrix does not see (sliding in the surface, rigid motion) is not infinitely soft, and as much more
- * as keeps steps near the cap: `step_excess` is how many times too long the last one was. ERROR_MEMORY. */
-int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess,
+/* For L-BFGS: the Gauss-Newton matrix at `now`, or the Hessian by coarser rules, shifted (Levenberg 1944, Marquardt
+ * 1963). The shift is no less than the least one, so that what the matrix does not see (sliding in the surface, rigid
+ * motion) is not infinitely soft, and as much more as keeps steps near the cap: `step_excess` is how many times too
+ * long the last one was. ERROR_MEMORY. */
+int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess, int by_hessian,
                                 curvopt_error *error);
 /* For Newton's method: as co_objective's assemble and factorize; by the assembly's rules, or if not `closely` by
  * coarser ones (libcurvopt/notes/75-rules-of-a-steps-matrix.md). ERROR_MEMORY. */

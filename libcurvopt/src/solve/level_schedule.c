@@ -6,32 +6,37 @@
 /* --------------------------------------------------------------------------------------- the plan -- */
 
 /* Near its minimum a level's matrix is good for many steps, and what it predicts comes true. */
-static void start_near(const co_level_facts *f, const co_tuning *t, co_level_schedule *s) {
+static void start_near(const co_level_facts *f, co_level_schedule *s) {
     s->options.decrement_tolerance = f->decrement;
     s->options.settled_decrease = 0.1 * f->decrement;
-    s->options.update_every = t->near_update_every;
     s->options.small_steps = 1;
 }
 
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
-    double tolerance = f->decrement_tolerance;
-    int is_quick = f->has_hessian && !f->is_last && !f->expects_plateau;
+    const double tolerance = f->decrement_tolerance;
     co_level_schedule s = {
-        .starts = f->is_near ? f->stops_short : !f->is_on_normals,
+        .forms = !f->is_near && !f->is_final && !f->is_on_normals,
+        .settles = f->is_near ? f->stops_short : !f->is_on_normals && (f->is_last || f->is_final),
+        .ends = f->has_hessian && f->is_final && !f->stops_short,
         .options = {.tuning = t,
                     .max_iterations = f->max_iterations,
                     .gradient_tolerance = f->gradient_tolerance,
-                    .decrement_tolerance = f->is_final ? tolerance : fmax(tolerance, t->coarse_decrement),
-                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->coarse_settled,
-                    .settled_steps = is_quick ? t->quick_steps : t->slow_steps,
+                    .decrement_tolerance = f->is_final ? tolerance : fmax(tolerance, t->last_decrement),
+                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->last_settled,
+                    .settled_steps = t->slow_steps,
                     .max_step = f->max_step,
                     .closely = f->closely,
                     .memory = t->lbfgs_memory,
-                    .update_every = t->lbfgs_update_every},
-        .ends = f->has_hessian && f->is_final && !f->stops_short,
+                    .by_hessian = !f->is_final,
+                    .update_every = f->is_final || f->has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every},
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)
-        start_near(f, t, &s);
+        start_near(f, &s);
+    s.forming = s.options;
+    s.forming.by_hessian = 0;
+    s.forming.decrement_tolerance = fmax(tolerance, t->coarse_decrement);
+    s.forming.settled_decrease = t->coarse_settled;
+    s.forming.settled_steps = f->expects_plateau ? t->slow_steps : t->quick_steps;
     return s;
 }
 
@@ -50,15 +55,24 @@ static int ended_well(const runner *r) {
 }
 
 /* One stage, of as many steps as are left. */
-static int32_t run_stage(runner *r, co_method method) {
+static int32_t run_stage(runner *r, co_method method, const co_method_options *options) {
     const co_outcome before = *r->outcome;
-    co_method_options rest = r->schedule->options;
+    co_method_options rest = *options;
     rest.max_iterations -= before.iterations;
     int32_t status = r->on->run(r->on->context, method, &rest, &before, r->outcome, r->error);
     r->outcome->iterations += before.iterations;
     r->outcome->evaluations += before.evaluations;
     r->outcome->rejected += before.rejected;
     return status;
+}
+
+static int32_t form(runner *r) {
+    return run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
+}
+
+static int32_t settle(runner *r) {
+    int32_t status = r->on->refine(r->on->context, r->error);
+    return status == CURVOPT_OK ? run_stage(r, CO_METHOD_LBFGS, &r->schedule->options) : status;
 }
 
 /* A level that has settled on a plateau is not at its end: while the certificate is not met, both methods go on.
@@ -69,7 +83,7 @@ static int32_t end_by_newton(runner *r) {
     for (int round = 0;; round++) {
         co_step_verdict verdict;
         double left;
-        int32_t status = run_stage(r, CO_METHOD_NEWTON);
+        int32_t status = run_stage(r, CO_METHOD_NEWTON, &s->options);
         if (status != CURVOPT_OK || !ended_well(r) || round == CO_LEVEL_SCHEDULE_ROUNDS)
             return status;
         status = on->review_for_figures(on->context, &verdict, r->error);
@@ -80,7 +94,7 @@ static int32_t end_by_newton(runner *r) {
         status = on->decrement(on->context, &left, r->error);
         if (status != CURVOPT_OK || !(left > s->stationary * fabs(on->value(on->context))))
             return status;
-        status = run_stage(r, CO_METHOD_LBFGS);
+        status = run_stage(r, CO_METHOD_LBFGS, &s->options);
         if (status != CURVOPT_OK || !ended_well(r))
             return status;
     }
@@ -91,6 +105,10 @@ int32_t co_level_schedule_run(const co_level_schedule *schedule, const co_schedu
     runner r = {.schedule = schedule, .on = on, .outcome = outcome, .error = error};
     *outcome = (co_outcome){0};
     outcome->stop = CURVOPT_STOP_CONVERGED;
-    int32_t status = schedule->starts ? run_stage(&r, CO_METHOD_LBFGS) : CURVOPT_OK;
-    return status == CURVOPT_OK && ended_well(&r) && schedule->ends ? end_by_newton(&r) : status;
+    int32_t status = schedule->forms ? form(&r) : CURVOPT_OK;
+    if (status == CURVOPT_OK && ended_well(&r) && schedule->settles)
+        status = settle(&r);
+    if (status == CURVOPT_OK && ended_well(&r) && schedule->ends)
+        status = end_by_newton(&r);
+    return status;
 }

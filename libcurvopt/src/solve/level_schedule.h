@@ -3,8 +3,10 @@
  * The schedule is data, made once from the facts of a level. What it works on is behind callbacks: in a run a level, in
  * tests a toy.
  *
- *   first       L-BFGS, preconditioned by the Gauss-Newton matrix, leads to the shape in a few steps; not on normals,
- *               where the shape nearly stands
+ *   forming     L-BFGS, preconditioned by the Gauss-Newton matrix and, at third order, by coarse rules, leads to the
+ *               shape; not near a minimum, nor where nothing follows the level
+ *   settling    on the last level, L-BFGS, preconditioned by the Hessian, and by finer rules; not on normals, where the
+ *               shape nearly stands. Where the shape was not formed, by the Gauss-Newton matrix
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the
@@ -26,11 +28,12 @@ typedef struct co_level_facts {
     int is_final;        /* what is found is the run's result */
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
-    int expects_plateau; /* the level starts near a saddle: the first stage is not to take that for its end */
+    int expects_plateau; /* the level starts near a saddle: that is not to be taken for the shape */
+    int has_repulsion;   /* what comes close to what is another thing after few steps */
     int is_near;         /* the level starts near its minimum, with a matrix that was good there */
-    int stops_short;     /* the first stage is all that is wanted */
+    int stops_short;     /* the end is not wanted */
     int closely;         /* what was found by matrices that are off by a little was not stationary */
-    double decrement;    /* with is_near: relative decrement at which the first stage is at its end */
+    double decrement;    /* with is_near: relative decrement at which the level has settled */
     int max_iterations;  /* the user's, of the level */
     double gradient_tolerance;
     double decrement_tolerance; /* of what is final */
@@ -38,9 +41,9 @@ typedef struct co_level_facts {
 } co_level_facts;
 
 typedef struct co_level_schedule {
-    int starts;                /* whether there is a first stage */
-    co_method_options options; /* of all stages; its iterations are those of all together */
-    int ends;                  /* whether the end follows once the first stage has settled */
+    int forms, settles, ends;  /* which of the stages there are; one follows if the one before it ended well */
+    co_method_options forming; /* of the first stage */
+    co_method_options options; /* of the others; its iterations are those of all together */
     double stationary;         /* relative decrement that meets the certificate */
 } co_level_schedule;
 
@@ -52,6 +55,8 @@ typedef struct co_scheduled {
     /* Runs a method from the iterate; `before`: what earlier stages did, for the report. */
     int32_t (*run)(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                    co_outcome *outcome, curvopt_error *error);
+    /* Refines the rules by which the shape was formed. */
+    int32_t (*refine)(void *context, curvopt_error *error);
     /* Reviews the iterate with the accuracy that the figures at the end need. */
     int32_t (*review_for_figures)(void *context, co_step_verdict *verdict, curvopt_error *error);
     /* Newton decrement at the iterate. */
