@@ -232,7 +232,7 @@ def test_one_of_two_pieces_is_drawn():
     faces = one.face_list() + [[v + one.n_vertices for v in face] for face in two.face_list()]
     both = points.mesh_from_faces(np.vstack([one.xyz, two.xyz + [4, 0, 0]]), faces)
     jets = osd_jets(two, [7], [0], [[0.3, 0.6]]).jets
-    fields = dict(uv=[[0.3, 0.6]], normals=curved.forms(jets)[0], curvatures=[[0.25, 2]], curvature_directions=unit(jets[:, 1]), weights=[0.8])
+    fields = dict(uv=[[0.3, 0.6]], normals=curved.forms(jets)[0], curvatures=[[0.25, 2]], curvature_directions=unit(jets[:, 1]), weights=[0.5])
     alone = lib.minimize(two, levels=1, through=lib.through(faces=[7], **fields))
     result = lib.minimize(both, levels=1, through=lib.through(faces=[len(one.face_list()) + 7], **fields))
     assert result.verdict == alone.verdict == "minimum" and alone.summary.spring_energy > 1e-4

@@ -40,7 +40,11 @@ static void test_tolerances(void **state) {
         const co_level_schedule s = co_level_schedule_make(&f, t);
         for (int forming = 0; forming < 2; forming++) {
             const co_method_options *o = forming ? &s.forming : &s.options;
-            CHECK_NEAR(o->decrement_tolerance, f.is_final ? 3e-7 : t->coarse_decrement, 0);
+            CHECK_NEAR(o->decrement_tolerance,
+                       forming      ? t->coarse_decrement
+                       : f.is_final ? 3e-7
+                                    : t->last_decrement,
+                       0);
             CHECK_NEAR(o->settled_decrease, f.is_final ? 3e-7 * t->final_settled : t->coarse_settled, 0);
             CHECK_INT(o->settled_steps, forming && !f.expects_plateau ? t->quick_steps : t->slow_steps);
             CHECK_INT(o->update_every, f.is_final || f.has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every);

@@ -84,10 +84,9 @@
     X(double, working_third, 100, 1, 1e4, "of the tolerance", "the same for third order, until the shape has settled", \
       "25")                                                                                                            \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
-    X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "a level before the last is done", "59")           \
-    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, before the end", "59")     \
+    X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "the shape is formed", "59")                       \
+    X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in quick_steps, or slow_steps", "59")     \
     X(double, last_decrement, 1e-6, 1e-10, 1e-1, "of the energy", "the last level has settled", "59")                  \
-    X(double, last_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in slow_steps, at the last level", "59")    \
     X(double, final_settled, 10, 0.01, 1e4, "decrement tolerances", "settled: less in slow_steps, at the last level",  \
       "59")                                                                                                            \
     X(int, slow_steps, 15, 1, 1000, "steps", "over which settling is judged", "59")                                    \

@@ -22,7 +22,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .max_iterations = f->max_iterations,
                     .gradient_tolerance = f->gradient_tolerance,
                     .decrement_tolerance = f->is_final ? tolerance : fmax(tolerance, t->last_decrement),
-                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->last_settled,
+                    .settled_decrease = f->is_final ? t->final_settled * tolerance : t->coarse_settled,
                     .settled_steps = t->slow_steps,
                     .max_step = f->max_step,
                     .closely = f->closely,
@@ -35,7 +35,6 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
     s.forming = s.options;
     s.forming.by_hessian = 0;
     s.forming.decrement_tolerance = fmax(tolerance, t->coarse_decrement);
-    s.forming.settled_decrease = t->coarse_settled;
     s.forming.settled_steps = f->expects_plateau ? t->slow_steps : t->quick_steps;
     return s;
 }
