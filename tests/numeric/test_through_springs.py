@@ -135,8 +135,8 @@ def test_the_same_places_are_drawn_on_every_level(levels):
     n, size = where.n, points.size(mesh)
     freedom, directions = random.integers(0, 3, n), frames.unit(random.normal(size=(n, 3)))
     at, normals = where.look(mesh, 1)
-    places, weights = at + 0.1 * size * random.normal(size=(n, 3)), random.uniform(0.3, 0.9, n)
-    goal = frames.unit(normals + 0.5 * random.normal(size=(n, 3)))
+    places, weights = at + 0.1 * size * random.normal(size=(n, 3)), random.uniform(0.1, 0.7, n)
+    goal = frames.unit(normals + 0.3 * random.normal(size=(n, 3)))
     result = lib.minimize(mesh, levels=levels, through=lib.through(
         **where.fields(), freedom=freedom, directions=directions, places=places, normals=goal, weights=weights))
     first = mesh
