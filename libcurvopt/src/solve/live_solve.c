@@ -8,6 +8,7 @@
 #include "solve/live_solve.h"
 
 #include "constraints/given_constraints.h"
+#include "mesh/similarity.h"
 #include "solve/level_figures.h"
 #include "solve/level_response.h"
 #include "solve/run_start.h"
@@ -302,6 +303,19 @@ static void end_cut_off(curvopt_solver *s, double started) {
     co_live_forget_levels(s);
 }
 
+/* Of the first cage's size; less is no surface. Energies that have no size are small for small ones, too. */
+static const double LEAST_SIZE = 1e-6;
+
+static int32_t check_size(const curvopt_solver *s, curvopt_error *error) {
+    double centroid[3];
+    const double now = co_similarity_mesh_frame(s->mesh, s->run->at.xyz, centroid);
+    if (!(now < LEAST_SIZE * co_similarity_mesh_frame(s->mesh, s->first, centroid)))
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_GEOMETRY, -1,
+                          "the surface shrinks to a point at %.6g %.6g %.6g: hold places that are apart",
+                          s->run->at.xyz[0], s->run->at.xyz[1], s->run->at.xyz[2]);
+}
+
 int32_t co_live_solve_level(curvopt_solver *s, int wants_end, double started, curvopt_error *error) {
     co_outcome outcome = {.stop = CURVOPT_STOP_CANCELLED};
     const int is_cold = !s->level;
@@ -312,8 +326,9 @@ int32_t co_live_solve_level(curvopt_solver *s, int wants_end, double started, cu
         status = settle(s, &outcome, started, error);
     if (status == CURVOPT_OK && isnan(s->run->at.report.energy))
         end_passing(s, outcome.stop, started);
-    if (status != CO_CANCELLED)
-        return status;
-    end_cut_off(s, started);
-    return CURVOPT_OK;
+    if (status == CO_CANCELLED) {
+        end_cut_off(s, started);
+        return CURVOPT_OK;
+    }
+    return status == CURVOPT_OK ? check_size(s, error) : status;
 }

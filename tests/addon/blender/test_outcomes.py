@@ -300,12 +300,13 @@ def test_surface_of_the_settings_reaches_the_library(add):
 
 
 def test_leaving_saddles_goes_below_the_symmetric_surface(part):
-    """The tetrahedral frame becomes Lawson's surface of genus 3, int H^2 23.38 -> 22.82 (exact 22.8203)."""
+    """The tetrahedral frame becomes Lawson's surface of genus 3, int H^2 23.38 -> 22.82 (exact 22.8203). On four levels the
+    discrete surface is as good as a minimum (note 46)."""
     bpy.ops.curvopt.add_shape(shape="tetrahedral_g3")
     frame = bpy.context.view_layer.objects.active
-    kept = minimize(levels=4)["curvopt_after_h2"]
+    kept = minimize(levels=5)["curvopt_after_h2"]
     bpy.context.view_layer.objects.active = frame
-    left = minimize(levels=4, escape=True)["curvopt_after_h2"]
+    left = minimize(levels=5, escape=True)["curvopt_after_h2"]
     assert kept == pytest.approx(23.38, abs=0.02) and left == pytest.approx(22.82, abs=0.02)
 
 
