@@ -27,7 +27,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .max_step = f->max_step,
                     .closely = f->closely,
                     .memory = t->lbfgs_memory,
-                    .by_hessian = !f->is_final,
+                    .by_hessian = !f->is_final && !f->is_near,
                     .update_every = f->is_final || f->has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every},
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)

@@ -6,7 +6,7 @@
  *   forming     L-BFGS, preconditioned by the Gauss-Newton matrix and, at third order, by coarse rules, leads to the
  *               shape; not near a minimum, nor where nothing follows the level
  *   settling    on the last level, L-BFGS, preconditioned by the Hessian, and by finer rules; not on normals, where the
- *               shape nearly stands. Where the shape was not formed, by the Gauss-Newton matrix
+ *               shape nearly stands. Where the shape was not formed here, by the Gauss-Newton matrix
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
  *
  * The decrement is met where it is at most co_level_schedule.stationary of the energy. The certificate comes after the
