@@ -532,7 +532,7 @@ def the_main_thread_is_free_during_a_run_of_20000_faces():
     worst = {name: np.max(found, axis=0).round(4).tolist() for name, found in times.items()}
     print(f"20000 faces: worst [thread, with what it waits for] {worst}, cancelled after {cancelling:.3f} s, {on_the_clock:.3f} s on the clock", flush=True)
     assert all(thread < 0.1 and waiting < 0.5 for thread, waiting in worst.values()), worst
-    assert events[-1] == "ESC" and cancelling < 0.8, (events[-3:], cancelling)
+    assert events[-1] == "ESC" and cancelling < 1.2, (events[-3:], cancelling)
     yield lambda: not job.running  # of a cancelled run: it ends by itself
 
 
