@@ -504,8 +504,10 @@ def noted(owner, events):
 def the_main_thread_is_free_during_a_run_of_20000_faces():
     """No call of ours takes 0.1 s, neither in the modal operator nor in what draws, and the one that Esc comes to ends
     the run. From the key to the end all threads together, the worker's and those that draw without a GPU among them, take
-    0.28 to 0.48 s of processor time at loads of 2 to 13; on the clock 0.2 to 1.1 s."""
+    0.37 to 0.53 s of processor time; on the clock 0.2 to 0.3 s. Blender shows the torus itself as a box: without a GPU one
+    drawing of its 20 000 faces takes 0.28 s, whether a run is on or not, and from the key to the end there are two or three."""
     setup(200, 100, noise=1e-3)
+    bpy.data.objects["Torus"].display_type = "BOUNDS"
     operators, preview = part("ui.operators"), part("ui.preview")
     times, events = {name: [] for name in ("modal", "surface", "curve", "panel")}, []
     undo = [
@@ -532,7 +534,7 @@ def the_main_thread_is_free_during_a_run_of_20000_faces():
     worst = {name: np.max(found, axis=0).round(4).tolist() for name, found in times.items()}
     print(f"20000 faces: worst [thread, with what it waits for] {worst}, cancelled after {cancelling:.3f} s, {on_the_clock:.3f} s on the clock", flush=True)
     assert all(thread < 0.1 and waiting < 0.5 for thread, waiting in worst.values()), worst
-    assert events[-1] == "ESC" and cancelling < 1.2, (events[-3:], cancelling)
+    assert events[-1] == "ESC" and cancelling < 0.8, (events[-3:], cancelling)
     yield lambda: not job.running  # of a cancelled run: it ends by itself
 
 
