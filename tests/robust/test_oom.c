@@ -280,7 +280,7 @@ static int32_t symmetric_parts(const cage *c, const curvopt_mesh *mesh, curvopt_
     o.through = &wanted;
     int32_t status = co_given_through_create(mesh, c->xyz, &o, &held, error);
     if (status == CURVOPT_OK)
-        status = co_symmetry_create(mesh, c->xyz, &held, 1, &symmetry, error);
+        status = co_symmetry_create(mesh, c->xyz, &held, 1, NULL, &symmetry, error);
     CHECK_TRUE(status != CURVOPT_OK || symmetry.order == 4);
     if (status == CURVOPT_OK)
         status = co_value_images_adapt(mesh, &symmetry, &held.values, error);

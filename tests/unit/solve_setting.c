@@ -67,7 +67,7 @@ solve_setting *solve_setting_of(cage c, const curvopt_options *options) {
     if (options->symmetry == CURVOPT_SYMMETRY_NONE)
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     else
-        CHECK_OK(co_symmetry_create(s->mesh, c.xyz, &s->constraints, 1, &s->symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(s->mesh, c.xyz, &s->constraints, 1, NULL, &s->symmetry, &error), &error);
     return s;
 }
 
@@ -125,7 +125,7 @@ co_run *solve_run(solve_setting *s, curvopt_progress_fn progress, void *user) {
     if (s->options.symmetry == CURVOPT_SYMMETRY_NONE)
         CHECK_OK(co_symmetry_none(s->mesh, &r->at.symmetry, &error), &error);
     else
-        CHECK_OK(co_symmetry_create(s->mesh, s->c.xyz, &s->constraints, 1, &r->at.symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(s->mesh, s->c.xyz, &s->constraints, 1, NULL, &r->at.symmetry, &error), &error);
     return r;
 }
 

@@ -32,7 +32,7 @@ static setting setting_of(cage c, const curvopt_constraints *user, int symmetric
     curvopt_error error;
     CHECK_OK(co_given_constraints_create(s.mesh, c.xyz, user, &s.constraints, &error), &error);
     if (symmetric)
-        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.constraints, 1, &s.symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.constraints, 1, NULL, &s.symmetry, &error), &error);
     else
         CHECK_OK(co_symmetry_none(s.mesh, &s.symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(s.mesh, &s.symmetry, &s.constraints, c.xyz, &s.dofs, &error), &error);

@@ -33,7 +33,7 @@ static problem problem_of(cage c, const curvopt_options *o, const curvopt_constr
         p.x[i] = (c.xyz[i] - centroid[i % 3]) / radius;
     CHECK_OK(co_given_constraints_create(p.mesh, c.xyz, constraints, &p.hold, &error), &error);
     if (symmetric)
-        CHECK_OK(co_symmetry_create(p.mesh, c.xyz, &p.hold, 1, &p.symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(p.mesh, c.xyz, &p.hold, 1, NULL, &p.symmetry, &error), &error);
     else
         CHECK_OK(co_symmetry_none(p.mesh, &p.symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(p.mesh, &p.symmetry, &p.hold, p.x, &p.reduction, &error), &error);

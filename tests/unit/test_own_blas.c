@@ -91,7 +91,7 @@ static void test_products_with_themselves(void **state) {
                 fill(c, 3);
                 memcpy(expected, c, sizeof c);
                 reference(trans, other, sizes[n], sizes[n], sizes[k], alpha, beta, a, a, 1);
-                dsyrk_("L", &trans, &sizes[n], &sizes[k], &alpha, a, &ld, &beta, c, &ld);
+                dsyrk_("L", &trans, &sizes[n], &sizes[k], &alpha, a, &ld, &beta, c, &ld, 1, 1);
                 same(c, sizes[k] + 1);
                 fill(c, 4);
                 memcpy(expected, c, sizeof c);
@@ -127,7 +127,7 @@ static void check_trsm(char side, char trans, int m, int n, double alpha) {
     for (int j = 0; j < n; j++)
         for (int i = 0; i < m; i++)
             expected[i + j * LD] *= alpha;
-    dtrsm_(&side, "L", &trans, "N", &m, &n, &alpha, a, &ld, c, &ld);
+    dtrsm_(&side, "L", &trans, "N", &m, &n, &alpha, a, &ld, c, &ld, 1, 1, 1, 1);
     multiply_back(side, trans, m, n, c);
     same(c, 30);
 }
@@ -152,7 +152,7 @@ static void test_one_right_side(void **state) {
             fill_triangle(sizes[i], 7);
             fill(c, 8);
             memcpy(expected, c, sizeof c);
-            dtrsv_("L", &trans, "N", &sizes[i], a, &ld, c, &one);
+            dtrsv_("L", &trans, "N", &sizes[i], a, &ld, c, &one, 1, 1, 1);
             multiply_back('L', trans, sizes[i], 1, c);
             same(c, 30);
         }
@@ -168,7 +168,7 @@ static void check_gemv(char trans, int m, int n, double alpha, double beta) {
             sum += at(trans, a, i, p) * b[p];
         expected[i] = (beta == 0 ? 0 : beta * expected[i]) + alpha * sum;
     }
-    dgemv_(&trans, &m, &n, &alpha, a, &ld, b, &one, &beta, c, &one);
+    dgemv_(&trans, &m, &n, &alpha, a, &ld, b, &one, &beta, c, &one, 1);
     same(c, depth + 1);
 }
 
@@ -198,7 +198,7 @@ static void test_factors(void **state) {
                 c[r + s * LD] = sum;
             }
         memcpy(b, c, sizeof c);
-        dpotrf_("L", &n, c, &ld, &info);
+        dpotrf_("L", &n, c, &ld, &info, 1);
         CHECK_INT(info, 0);
         for (int s = 0; s < n; s++)
             for (int r = s; r < n; r++)
@@ -206,7 +206,7 @@ static void test_factors(void **state) {
         for (int bad = 0; bad < n; bad += 1 + n / 5) {
             memcpy(c, b, sizeof c);
             c[bad + bad * LD] = bad % 2 ? NAN : -1;
-            dpotrf_("L", &n, c, &ld, &info);
+            dpotrf_("L", &n, c, &ld, &info, 1);
             CHECK_INT(info, bad + 1);
         }
     }

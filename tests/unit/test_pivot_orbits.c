@@ -38,7 +38,7 @@ static setting begin(int32_t rings, curvopt_through *through, int32_t order, int
     through->struct_size = sizeof *through;
     o.through = through;
     CHECK_OK(co_given_through_create(s.mesh, s.c.xyz, &o, &s.given, &error), &error);
-    CHECK_OK(co_symmetry_create(s.mesh, s.c.xyz, &s.given, 1, &s.symmetry, &error), &error);
+    CHECK_OK(co_symmetry_create(s.mesh, s.c.xyz, &s.given, 1, NULL, &s.symmetry, &error), &error);
     CHECK_INT(s.symmetry.order, order);
     CHECK_OK(co_value_images_adapt(s.mesh, &s.symmetry, &s.given.values, &error), &error);
     CHECK_OK(co_kept_symmetry_restrict(s.mesh, &s.given, o.boundary, &s.symmetry, &error), &error);

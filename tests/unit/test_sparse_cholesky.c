@@ -63,7 +63,7 @@ static int32_t count(int32_t n, const double *dense, double shift, const double 
     co_sparse_cholesky *f;
     curvopt_error error;
     int32_t negative = -7;
-    CHECK_OK(co_sparse_cholesky_create(n, t.start, t.row, t.value, &f, &error), &error);
+    CHECK_OK(co_sparse_cholesky_create(n, t.start, t.row, t.value, NULL, NULL, &f, &error), &error);
     CHECK_OK(co_sparse_cholesky_count_negative(f, shift, b ? 1 : 0, b, x, &negative, &error), &error);
     if (b && negative >= 0)
         check_indefinite(f, n, shift, negative, b, x);
@@ -201,7 +201,7 @@ static void test_factorizing_wakes_no_threads(void **state) {
             dense[i * N + j] = i == j ? N : 1; /* one supernode: loops over all of it */
     triangle t = triangle_of(N, dense);
     int before = threads_of_this_process();
-    CHECK_OK(co_sparse_cholesky_create(N, t.start, t.row, t.value, &f, &error), &error);
+    CHECK_OK(co_sparse_cholesky_create(N, t.start, t.row, t.value, NULL, NULL, &f, &error), &error);
     CHECK_OK(co_sparse_cholesky_factorize(f, 0, &positive, &error), &error);
     CHECK_TRUE(positive);
     CHECK_INT(threads_of_this_process(), before);

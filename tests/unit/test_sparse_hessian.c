@@ -39,7 +39,7 @@ static setting *setting_on(int32_t surface, cage c, int symmetric, const curvopt
     co_basis_table_cache_create(o.surface, &s->tables);
     CHECK_OK(co_given_constraints_create(s->mesh, c.xyz, constraints, &s->hold, &error), &error);
     if (symmetric)
-        CHECK_OK(co_symmetry_create(s->mesh, c.xyz, &s->hold, 1, &s->symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(s->mesh, c.xyz, &s->hold, 1, NULL, &s->symmetry, &error), &error);
     else
         CHECK_OK(co_symmetry_none(s->mesh, &s->symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(s->mesh, &s->symmetry, &s->hold, s->x, &s->dofs, &error), &error);

@@ -12,7 +12,7 @@ static co_symmetry symmetry_of(cage c, curvopt_mesh **mesh) {
     co_constraints hold = {0};
     co_symmetry s = {0};
     *mesh = cage_mesh(&c);
-    CHECK_OK(co_symmetry_create(*mesh, c.xyz, &hold, 1, &s, &error), &error);
+    CHECK_OK(co_symmetry_create(*mesh, c.xyz, &hold, 1, NULL, &s, &error), &error);
     cage_free(&c);
     return s;
 }

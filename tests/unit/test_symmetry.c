@@ -39,7 +39,7 @@ static void test_directions_are_compared_at_tolerances_below_1e_8(void **state) 
     co_symmetry symmetry;
     curvopt_constraints lines = {.n = c.n_vertices, .vertices = vertices, .freedom = freedom, .directions = directions};
     CHECK_OK(co_given_constraints_create(mesh, c.xyz, &lines, &hold, &error), &error);
-    CHECK_OK(co_symmetry_create(mesh, c.xyz, &hold, 1, &symmetry, &error), &error);
+    CHECK_OK(co_symmetry_create(mesh, c.xyz, &hold, 1, NULL, &symmetry, &error), &error);
     CHECK_INT(symmetry.order, 2);
     for (int k = 0; k < 9; k++)
         CHECK_NEAR(symmetry.matrix[9 + k], k == 8 ? -1 : k % 4 == 0, 1e-10);
@@ -53,7 +53,7 @@ static co_symmetry symmetry_of(const cage *c, const curvopt_mesh *mesh, const co
                                int with_mirrors) {
     co_symmetry s;
     curvopt_error error;
-    CHECK_OK(co_symmetry_create(mesh, c->xyz, constraints, with_mirrors, &s, &error), &error);
+    CHECK_OK(co_symmetry_create(mesh, c->xyz, constraints, with_mirrors, NULL, &s, &error), &error);
     return s;
 }
 

@@ -17,7 +17,7 @@ variables_setting variables_setting_of(cage c, const curvopt_constraints *pins, 
         s.x[i] = (c.xyz[i] - s.centroid[i % 3]) / s.radius;
     CHECK_OK(co_given_constraints_create(s.mesh, c.xyz, pins, &s.held, &error), &error);
     if (symmetric)
-        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.held, 1, &s.symmetry, &error), &error);
+        CHECK_OK(co_symmetry_create(s.mesh, c.xyz, &s.held, 1, NULL, &s.symmetry, &error), &error);
     else
         CHECK_OK(co_symmetry_none(s.mesh, &s.symmetry, &error), &error);
     CHECK_OK(co_dof_map_create(s.mesh, &s.symmetry, &s.held, s.x, &s.dofs, &error), &error);

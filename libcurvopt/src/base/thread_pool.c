@@ -6,12 +6,12 @@
 #include "base/memory.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #ifdef _WIN32
 #include <windows.h>
 #else
-#include <sched.h>
 #include <signal.h>
 #include <unistd.h>
 #endif
@@ -105,6 +105,13 @@ static inline void relax(void) {
 #elif defined(__aarch64__)
     __asm__ volatile("yield");
 #endif
+}
+
+void co_thread_pool_pause(int looks) {
+    if ((looks + 1) % LOOKS_AT_A_TIME)
+        relax();
+    else
+        sched_yield();
 }
 
 static int is_next(const co_thread_pool *p, unsigned last) {

@@ -48,4 +48,8 @@ static inline co_thread_pool *co_thread_pool_if_worth(co_thread_pool *pool, size
 /* Steps 0 .. n - 1, an equal part of them for each thread in order: a thread has the same ones in every loop over n. */
 void co_thread_pool_for(co_thread_pool *pool, size_t n, co_thread_loop *body, void *context);
 
+/* To be called by a thread of a task that waits for another one, each time that it has looked in vain: looks 0, 1 ...
+ * It rests, and at times lets other threads have the processor. */
+void co_thread_pool_pause(int looks);
+
 #endif

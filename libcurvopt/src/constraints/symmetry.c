@@ -38,8 +38,18 @@ typedef struct search {
     int32_t seed;      /* corner whose images are tried */
     double tolerance;  /* length, at radius 1 */
     co_symmetry found; /* room for LARGEST_ORDER elements, one more than is used */
-    int32_t room;      /* elements that there is room for */
+    int32_t room;      /* elements that there is room for; maps of those that were not found are UNSET */
+    co_cancel *cancel; /* may be NULL */
 } search;
+
+static int32_t *map_of(const search *s, int32_t g) {
+    return s->found.corner + (size_t)g * (size_t)s->found.n_corners;
+}
+
+static void forget_map(const search *s, int32_t g) {
+    for (int32_t h = 0; h < s->found.n_corners; h++)
+        map_of(s, g)[h] = UNSET;
+}
 
 static int32_t grow(search *s, curvopt_error *error) {
     co_symmetry *f = &s->found;
@@ -62,6 +72,8 @@ static int32_t grow(search *s, curvopt_error *error) {
     co_symmetry_free(f);
     *f = next;
     s->room = room;
+    for (int32_t g = f->order; g < room; g++)
+        forget_map(s, g);
     return CURVOPT_OK;
 }
 
@@ -229,22 +241,23 @@ static int map_components(search *s, const double matrix[9], int mirrored, int32
     return 1;
 }
 
-/* One candidate; kept if it is a symmetry. */
+/* One candidate; kept if it is a symmetry. Most fail near the seed, and then cost no more than what was mapped. */
 static int32_t try_image(search *s, int32_t to, int mirrored, curvopt_error *error) {
-    int32_t n = s->found.n_corners;
+    if (co_cancel_is_due(s->cancel))
+        return CO_CANCELLED;
     if (s->found.order == s->room) {
         int32_t status = grow(s, error);
         if (status != CURVOPT_OK)
             return status;
     }
-    int32_t *map = s->found.corner + (size_t)s->found.order * (size_t)n;
+    int32_t *map = map_of(s, s->found.order);
     double *matrix = s->found.matrix + 9 * (size_t)s->found.order;
-    for (int32_t h = 0; h < n; h++)
-        map[h] = UNSET;
-    if (!propagate(s, s->seed, to, mirrored, NULL, map) || !fit_motion(s, map, matrix) ||
-        !map_components(s, matrix, mirrored, map) || !is_motion(s, map, matrix))
+    if (!propagate(s, s->seed, to, mirrored, NULL, map))
         return CURVOPT_OK;
-    s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
+    if (fit_motion(s, map, matrix) && map_components(s, matrix, mirrored, map) && is_motion(s, map, matrix))
+        s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
+    else
+        forget_map(s, s->found.order);
     return CURVOPT_OK;
 }
 
@@ -284,7 +297,8 @@ static int32_t choose_seed(search *s, curvopt_error *error) {
 
 static int32_t find_all(search *s, curvopt_error *error) {
     int32_t status = choose_seed(s, error);
-    s->found.order = 0;
+    while (s->found.order > 0)
+        forget_map(s, --s->found.order);
     if (status == CURVOPT_OK)
         status = try_image(s, s->seed, 0, error); /* the identity comes first */
     for (int32_t to = 0; status == CURVOPT_OK && to < s->found.n_corners && s->found.order <= LARGEST_ORDER; to++)
@@ -403,9 +417,10 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
 }
 
 int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_constraints *constraints,
-                           int with_mirrors, co_symmetry *out, curvopt_error *error) {
+                           int with_mirrors, co_cancel *cancel, co_symmetry *out, curvopt_error *error) {
     search s;
     int32_t status = begin_search(m, xyz, constraints, with_mirrors, &s, error);
+    s.cancel = cancel;
     if (status == CURVOPT_OK)
         status = run(&s, error);
     end_search(&s);
@@ -417,16 +432,10 @@ int32_t co_symmetry_create(const curvopt_mesh *m, const double *xyz, const co_co
 
 /* --------------------------------------------------------------------------------------------------- planes -- */
 
-static int32_t *map_of(const search *s, int32_t g) {
-    return s->found.corner + (size_t)g * (size_t)s->found.n_corners;
-}
-
 /* The mirror image across the plane of this axis, as element g; whether the cage has it. */
 static int find_mirror(search *s, int axis, int32_t g) {
     double *matrix = s->found.matrix + 9 * (size_t)g;
     int32_t *map = map_of(s, g);
-    for (int32_t h = 0; h < s->found.n_corners; h++)
-        map[h] = UNSET;
     for (int k = 0; k < 3; k++)
         matrix[4 * k] = k == axis ? -1 : 1;
     s->found.mirrored[g] = 1;

@@ -27,7 +27,7 @@ int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, c
     int32_t status = co_sparse_hessian_create(assembly, dofs, couplings, &m->hessian, error);
     if (status == CURVOPT_OK)
         status = co_sparse_cholesky_create((int32_t)n, m->hessian.pattern.column_start, m->hessian.pattern.row,
-                                           m->hessian.value, &m->factor, error);
+                                           m->hessian.value, assembly->threads, assembly->cancel, &m->factor, error);
     if (status == CURVOPT_OK) {
         m->dense = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);
         m->solved = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);

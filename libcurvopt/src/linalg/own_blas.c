@@ -41,9 +41,9 @@ void dgemm_(const char *trans_a, const char *trans_b, const int *m, const int *n
 }
 
 void dsyrk_(const char *uplo, const char *trans, const int *n, const int *k, const double *alpha, const double *a,
-            const int *lda, const double *beta, double *c, const int *ldc) {
+            const int *lda, const double *beta, double *c, const int *ldc, size_t n_uplo, size_t n_trans) {
     const co_blas_operand x = operand_of(*trans, a, *lda);
-    (void)uplo;
+    (void)uplo, (void)n_uplo, (void)n_trans;
     scale(*n, *n, *beta, c, *ldc, 1);
     routines()->multiply_add_lower(*n, *k, *alpha, x, transpose(x), c, *ldc);
 }
@@ -59,8 +59,9 @@ void dsyr2k_(const char *uplo, const char *trans, const int *n, const int *k, co
 }
 
 void dtrsm_(const char *side, const char *uplo, const char *trans, const char *diagonal, const int *m, const int *n,
-            const double *alpha, const double *a, const int *lda, double *b, const int *ldb) {
-    (void)uplo, (void)diagonal;
+            const double *alpha, const double *a, const int *lda, double *b, const int *ldb, size_t n_side,
+            size_t n_uplo, size_t n_trans, size_t n_diagonal) {
+    (void)uplo, (void)diagonal, (void)n_side, (void)n_uplo, (void)n_trans, (void)n_diagonal;
     scale(*m, *n, *alpha, b, *ldb, 0);
     if (*side == 'L')
         routines()->solve_left(*trans != 'N', *m, *n, a, *lda, b, *ldb);
@@ -68,8 +69,8 @@ void dtrsm_(const char *side, const char *uplo, const char *trans, const char *d
         routines()->solve_right(*m, *n, a, *lda, b, *ldb);
 }
 
-void dpotrf_(const char *uplo, const int *n, double *a, const int *lda, int *info) {
-    (void)uplo;
+void dpotrf_(const char *uplo, const int *n, double *a, const int *lda, int *info, size_t n_uplo) {
+    (void)uplo, (void)n_uplo;
     *info = routines()->factor(*n, a, *lda);
 }
 
@@ -80,8 +81,9 @@ static void expect_no_gaps(int step) {
 }
 
 void dgemv_(const char *trans, const int *m, const int *n, const double *alpha, const double *a, const int *lda,
-            const double *x, const int *step_x, const double *beta, double *y, const int *step_y) {
+            const double *x, const int *step_x, const double *beta, double *y, const int *step_y, size_t n_trans) {
     const int transposed = *trans != 'N';
+    (void)n_trans;
     expect_no_gaps(*step_x);
     expect_no_gaps(*step_y);
     scale(transposed ? *n : *m, 1, *beta, y, 0, 0);
@@ -89,8 +91,8 @@ void dgemv_(const char *trans, const int *m, const int *n, const double *alpha, 
 }
 
 void dtrsv_(const char *uplo, const char *trans, const char *diagonal, const int *n, const double *a, const int *lda,
-            double *x, const int *step) {
-    (void)uplo, (void)diagonal;
+            double *x, const int *step, size_t n_uplo, size_t n_trans, size_t n_diagonal) {
+    (void)uplo, (void)diagonal, (void)n_uplo, (void)n_trans, (void)n_diagonal;
     expect_no_gaps(*step);
     routines()->solve_vector(*trans != 'N', *n, a, *lda, x);
 }

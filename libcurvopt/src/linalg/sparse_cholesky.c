@@ -2,8 +2,9 @@
  *
  * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. Ordered by AMD
  * (notes/42-ordering-of-the-matrix.md); supernodal where
- * CHOLMOD's own rule says so (40 operations an entry of L). Inertia is counted from an L D L^T without pivots, and the
- * count is checked afterwards: see check_count().
+ * CHOLMOD's own rule says so (40 operations an entry of L), and then the numbers are made by supernodal_cholesky.c, for
+ * CHOLMOD can neither be cancelled nor share them between threads. Inertia is counted from an L D L^T without pivots,
+ * and the count is checked afterwards: see check_count().
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/sparse_cholesky.h"
@@ -11,6 +12,7 @@
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "base/memory.h"
+#include "linalg/supernodal_cholesky.h"
 #include "linalg/vector.h"
 
 #include <math.h>
@@ -20,25 +22,32 @@
 
 struct co_sparse_cholesky {
     cholmod_common common;
+    co_thread_pool *threads; /* the caller's, or NULL */
+    co_cancel *cancel;       /* likewise */
     cholmod_sparse matrix;
     cholmod_factor *factor;
-    cholmod_factor *indefinite; /* L D L^T; made when first needed */
-    int solves_indefinite;      /* whether it was factored last */
-    cholmod_dense *right, *x;   /* right-hand side and solution, kept between solutions */
-    cholmod_dense *y, *e;       /* CHOLMOD's work space for solving, kept as well */
+    co_supernodal_cholesky *supernodal; /* of a supernodal factor; made when first needed */
+    cholmod_factor *indefinite;         /* L D L^T; made when first needed */
+    int solves_indefinite;              /* whether it was factored last */
+    cholmod_dense *right, *x;           /* right-hand side and solution, kept between solutions */
+    cholmod_dense *y;                   /* CHOLMOD's work space for solving, kept as well */
 };
 
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
-                                  co_sparse_cholesky **out, curvopt_error *error) {
+                                  co_thread_pool *threads, co_cancel *cancel, co_sparse_cholesky **out,
+                                  curvopt_error *error) {
     co_sparse_cholesky *f = *out = CO_NEW(co_sparse_cholesky, 1);
     if (!f)
         return co_status_no_memory(error);
+    f->threads = threads;
+    f->cancel = cancel;
     cholmod_start(&f->common);
     f->common.print = 0;
     f->common.error_handler = NULL;
     f->common.nmethods = 1;
     f->common.method[0].ordering = CHOLMOD_AMD;
     f->common.postorder = 1;
+    f->common.grow2 = 0; /* room for what the analysis says */
     f->matrix = (cholmod_sparse){.nrow = (size_t)n,
                                  .ncol = (size_t)n,
                                  .nzmax = (size_t)column_start[n],
@@ -62,12 +71,12 @@ int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row
 void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
     if (!f)
         return;
+    co_supernodal_cholesky_destroy(f->supernodal);
     cholmod_free_factor(&f->factor, &f->common);
     cholmod_free_factor(&f->indefinite, &f->common);
     cholmod_free_dense(&f->right, &f->common);
     cholmod_free_dense(&f->x, &f->common);
     cholmod_free_dense(&f->y, &f->common);
-    cholmod_free_dense(&f->e, &f->common);
     cholmod_finish(&f->common);
     free(f);
 }
@@ -99,17 +108,62 @@ int co_sparse_cholesky_thread(void) {
     return 0;
 }
 
-static void factorize(co_sparse_cholesky *f, cholmod_factor *factor, double shift) {
-    double beta[2] = {shift, 0};
-    cholmod_factorize_p(&f->matrix, beta, NULL, 0, factor, &f->common);
+/* ------------------------------------------------------------------------------------------------- factors -- */
+
+/* What a call of CHOLMOD came to. */
+static int32_t status_of(co_sparse_cholesky *f, curvopt_error *error) {
+    if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
+        return co_status_no_memory(error);
+    return co_cancel_is_due(f->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
-/* A simplicial factor is L D L^T, which CHOLMOD also makes of indefinite matrices. */
+static int32_t plan_supernodal(co_sparse_cholesky *f, curvopt_error *error) {
+    const cholmod_factor *l = f->factor;
+    const co_supernodes structure = {.n = (int)l->n,
+                                     .n_supernodes = (int)l->nsuper,
+                                     .column = l->super,
+                                     .row_start = l->pi,
+                                     .row = l->s,
+                                     .value_start = l->px,
+                                     .permutation = l->Perm};
+    if (!cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, f->factor, &f->common)) /* room for the values */
+        return co_status_no_memory(error);
+    return co_supernodal_cholesky_create(&structure, f->matrix.p, f->matrix.i, f->threads, f->cancel, &f->supernodal,
+                                         error);
+}
+
+static int32_t factorize_supernodal(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
+    int32_t status = f->supernodal ? CURVOPT_OK : plan_supernodal(f, error);
+    return status == CURVOPT_OK
+               ? co_supernodal_cholesky_factorize(f->supernodal, f->matrix.x, shift, f->factor->x, positive)
+               : status;
+}
+
+/* Rows of a simplicial factor after which the flag is looked at. */
+enum { ROWS_AT_ONCE = 16 };
+
+/* A simplicial L D L^T, row by row, until a pivot is zero: factor->minor is its number then, and else n. */
+static int32_t factorize_simplicial(co_sparse_cholesky *f, cholmod_factor *factor, double shift, curvopt_error *error) {
+    double beta[2] = {shift, 0};
+    const size_t n = f->matrix.nrow;
+    cholmod_sparse *permuted = cholmod_ptranspose(&f->matrix, 2, factor->Perm, NULL, 0, &f->common);
+    int32_t status = permuted ? CURVOPT_OK : co_status_no_memory(error);
+    factor->minor = n;
+    for (size_t k = 0; factor->nz && k < n; k++) /* the columns of an earlier one are empty again */
+        ((int *)factor->nz)[k] = 1;
+    for (size_t k = 0; k < n && factor->minor == n && status == CURVOPT_OK; k += ROWS_AT_ONCE) {
+        const size_t end = k + ROWS_AT_ONCE < n ? k + ROWS_AT_ONCE : n;
+        cholmod_rowfac(permuted, NULL, beta, k, end, factor, &f->common);
+        status = status_of(f, error);
+    }
+    cholmod_free_sparse(&permuted, &f->common);
+    return status;
+}
+
+/* Of an L D L^T, which CHOLMOD also makes of indefinite matrices. */
 static int has_positive_pivots(const cholmod_factor *factor) {
     const int *column_start = factor->p;
     const double *value = factor->x;
-    if (factor->is_super || factor->is_ll)
-        return 1;
     for (size_t j = 0; j < factor->n; j++)
         if (!(value[column_start[j]] > 0))
             return 0;
@@ -119,28 +173,29 @@ static int has_positive_pivots(const cholmod_factor *factor) {
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
     f->solves_indefinite = 0;
-    factorize(f, f->factor, shift);
-    if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
-        return co_status_no_memory(error);
-    *positive = f->common.status == CHOLMOD_OK && f->factor->minor == f->factor->n && has_positive_pivots(f->factor);
-    return CURVOPT_OK;
+    if (f->factor->is_super)
+        return factorize_supernodal(f, shift, positive, error);
+    int32_t status = factorize_simplicial(f, f->factor, shift, error);
+    *positive = status == CURVOPT_OK && f->factor->minor == f->factor->n && has_positive_pivots(f->factor);
+    return status;
 }
 
 /* x = A^-1 b by any factor of A. */
 static int32_t solve_with(co_sparse_cholesky *f, cholmod_factor *factor, const double *b, double *x,
                           curvopt_error *error) {
     size_t n = f->matrix.nrow;
+    cholmod_dense *e = NULL; /* of supernodal factors alone */
+    if (factor->is_super)
+        return co_supernodal_cholesky_solve(f->supernodal, factor->x, b, x);
     if (!cholmod_ensure_dense(&f->right, n, 1, n, CHOLMOD_REAL, &f->common))
         return co_status_no_memory(error);
     memcpy(f->right->x, b, sizeof(double) * n);
-    /* CHOLMOD 3 looks at the second of these allocations only: see to both before */
-    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common) ||
-        (factor->is_super && !cholmod_ensure_dense(&f->e, 1, factor->maxesize, 1, CHOLMOD_REAL, &f->common)))
+    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common)) /* CHOLMOD 3 does not look at this one */
         return co_status_no_memory(error);
-    if (!cholmod_solve2(CHOLMOD_A, factor, f->right, NULL, &f->x, NULL, &f->y, &f->e, &f->common))
+    if (!cholmod_solve2(CHOLMOD_A, factor, f->right, NULL, &f->x, NULL, &f->y, &e, &f->common))
         return co_status_no_memory(error);
     memcpy(x, f->x->x, sizeof(double) * n);
-    return CURVOPT_OK;
+    return status_of(f, error);
 }
 
 /* ------------------------------------------------------------------------------------------------- inertia -- */
@@ -228,20 +283,17 @@ static int32_t check_count(co_sparse_cholesky *f, cholmod_factor *ldl, double sh
 /* L D L^T into *ldl, which is made if it is NULL, and the negative entries of D; -1 if a pivot is zero. */
 static int32_t factorize_ldl(co_sparse_cholesky *f, double shift, cholmod_factor **ldl, int32_t *n_negative,
                              curvopt_error *error) {
-    const int supernodal = f->common.supernodal, final_ll = f->common.final_ll;
+    const int supernodal = f->common.supernodal;
     *n_negative = -1;
     f->common.supernodal = CHOLMOD_SIMPLICIAL;
-    f->common.final_ll = 0;
     if (!*ldl)
         *ldl = cholmod_analyze(&f->matrix, &f->common);
-    if (*ldl)
-        factorize(f, *ldl, shift);
     f->common.supernodal = supernodal;
-    f->common.final_ll = final_ll;
-    if (!*ldl || f->common.status == CHOLMOD_OUT_OF_MEMORY)
+    if (!*ldl)
         return co_status_no_memory(error);
-    if ((*ldl)->minor < (*ldl)->n)
-        return CURVOPT_OK;
+    int32_t status = factorize_simplicial(f, *ldl, shift, error);
+    if (status != CURVOPT_OK || (*ldl)->minor < (*ldl)->n)
+        return status;
     const int *column_start = (*ldl)->p;
     const double *value = (*ldl)->x;
     *n_negative = 0;

@@ -2,16 +2,21 @@
 #ifndef CO_LINALG_SPARSE_CHOLESKY_H
 #define CO_LINALG_SPARSE_CHOLESKY_H
 
+#include "base/cancel.h"
 #include "base/status.h"
+#include "base/thread_pool.h"
 
 #include <stddef.h>
 
 typedef struct co_sparse_cholesky co_sparse_cholesky;
 
 /* Orders and analyzes the symmetric matrix whose lower triangle is column_start [n + 1], row and value, by columns with
- * ascending rows. The arrays are borrowed: they must outlive the factor, and only values may change. ERROR_MEMORY. */
+ * ascending rows. The arrays are borrowed: they must outlive the factor, and only values may change. Large factors
+ * are made by `threads`, with the same bits for any number of them; what takes long ends by `cancel`, with
+ * CO_CANCELLED, and then there is no factor. Both are the caller's, or NULL. ERROR_MEMORY. */
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
-                                  co_sparse_cholesky **out, curvopt_error *error);
+                                  co_thread_pool *threads, co_cancel *cancel, co_sparse_cholesky **out,
+                                  curvopt_error *error);
 void co_sparse_cholesky_destroy(co_sparse_cholesky *factor);
 /* Factors matrix + shift * identity with the present values. *positive tells whether that is positive definite; if it
  * is not, there is no factor to solve with. About n^1.5 operations for the Hessian of a cage of n vertices.

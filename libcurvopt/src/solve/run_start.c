@@ -203,7 +203,7 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
         return co_symmetry_none(mesh, &r->at.symmetry, error);
     int32_t status = has_planes ? hold_planes(r, mesh, xyz, error)
                                 : co_symmetry_create(mesh, xyz, c, o->symmetry != CURVOPT_SYMMETRY_ROTATIONS,
-                                                     &r->at.symmetry, error);
+                                                     r->context.tables->cancel, &r->at.symmetry, error);
     if (status == CURVOPT_OK)
         status = co_value_images_adapt(mesh, &r->at.symmetry, &c->values, error);
     return status == CURVOPT_OK ? co_run_restrict_symmetry(r, mesh, error) : status;
