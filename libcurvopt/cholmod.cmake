@@ -46,19 +46,15 @@ if(CMAKE_CROSSCOMPILING) # archives without parallel loops and METIS
   return()
 endif()
 
-# CHOLMOD's parallel loops are answered by sparse_cholesky.c, which gives them to one thread: copies of the archives call
-# its functions where the originals call GCC's run time of threads, libgomp, which therefore is not needed. Those of
-# a function that is missing here do not link.
+# What we use of SuiteSparse has no parallel loops, but its later versions ask for the number of threads and the time by
+# functions of GCC's run time of threads, libgomp: copies of the archives call ours instead, and libgomp is not needed.
 if(NOT CMAKE_OBJCOPY)
   message(FATAL_ERROR "objcopy was not found (Debian: binutils)")
 endif()
 foreach(name cholmod suitesparseconfig)
   set(serial ${CMAKE_CURRENT_BINARY_DIR}/lib${name}_serial.a)
   execute_process(COMMAND ${CMAKE_OBJCOPY} --enable-deterministic-archives
-                          --redefine-sym GOMP_parallel=co_sparse_cholesky_parallel
-                          --redefine-sym omp_get_num_threads=co_sparse_cholesky_n_threads
                           --redefine-sym omp_get_max_threads=co_sparse_cholesky_most_threads
-                          --redefine-sym omp_get_thread_num=co_sparse_cholesky_thread
                           --redefine-sym omp_get_wtime=co_clock_seconds
                           ${CURVOPT_${name}} ${serial}.new
                   COMMAND_ERROR_IS_FATAL ANY)

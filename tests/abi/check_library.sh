@@ -47,7 +47,7 @@ calls) # memory, threads, mathematics and the clock alone; no files, processes, 
     calls=$(nm -D --undefined-only "$library" | sed -nE 's/.* [UwW] ([A-Za-z0-9_]+).*/\1/p')
     grep -qx malloc <<<"$calls" # or this has looked at nothing
     memory='malloc|calloc|realloc|free|aligned_alloc|mem(cmp|cpy|move|set)|str(cmp|len|ncmp|chr)|qsort'
-    threads='pthread_(create|join|sigmask)|pthread_(cond|mutex)_[a-z]+|sigfillset|sched_getaffinity|sysconf'
+    threads='pthread_(create|join|sigmask)|pthread_(cond|mutex)_[a-z]+|sigfillset|sched_(getaffinity|yield)|sysconf'
     mathematics='sqrt|fm(ax|in|od|a)|asin|frexp|ldexp|floor|ceil|round|trunc|l?rint|copysign'
     text='vsnprintf|snprintf|printf|fprintf|puts|fputs|putchar|fputc|fwrite|fflush|std(out|err)' # printf: CHOLMOD's, off
     # __getauxval: GCC's, on arm64, for the processor's atomic instructions

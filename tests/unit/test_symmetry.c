@@ -211,6 +211,29 @@ static void test_subdivision_keeps_the_group(void **state) {
     cage_free(&c);
 }
 
+/* The search ends by the flag, and leaves nothing. */
+static void test_the_search_can_be_cancelled(void **state) {
+    cage c = cage_torus(8, 4, 1, 0.5);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_constraints hold = {0};
+    co_symmetry symmetry;
+    co_cancel cancel;
+    curvopt_cancel *flag;
+    curvopt_error error;
+    (void)state;
+    CHECK_OK(curvopt_cancel_create(&flag, &error), &error);
+    co_cancel_start_at_once(&cancel, flag);
+    CHECK_OK(co_symmetry_create(mesh, c.xyz, &hold, 1, &cancel, &symmetry, &error), &error);
+    CHECK_INT(symmetry.order, 32);
+    co_symmetry_free(&symmetry);
+    curvopt_cancel_request(flag);
+    CHECK_INT(co_symmetry_create(mesh, c.xyz, &hold, 1, &cancel, &symmetry, &error), CO_CANCELLED);
+    CHECK_TRUE(symmetry.order == 0 && !symmetry.corner && !symmetry.matrix);
+    curvopt_cancel_destroy(flag);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_groups_have_the_order_of_their_solids),
@@ -219,6 +242,7 @@ int main(void) {
         cmocka_unit_test(test_what_is_no_group_is_the_trivial_one),
         cmocka_unit_test(test_marks_on_the_cage_are_kept),
         cmocka_unit_test(test_subdivision_keeps_the_group),
+        cmocka_unit_test(test_the_search_can_be_cancelled),
         cmocka_unit_test(test_directions_are_compared_at_tolerances_below_1e_8),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,10 +1,9 @@
 /* Sparse Cholesky factorization: CHOLMOD, behind what we need of it.
  *
- * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. Ordered by AMD
- * (notes/42-ordering-of-the-matrix.md); supernodal where
- * CHOLMOD's own rule says so (40 operations an entry of L), and then the numbers are made by supernodal_cholesky.c, for
- * CHOLMOD can neither be cancelled nor share them between threads. Inertia is counted from an L D L^T without pivots,
- * and the count is checked afterwards: see check_count().
+ * Chen, Davis, Hager, Rajamanickam, "Algorithm 887: CHOLMOD", ACM TOMS 35(3), 2008. It orders, finds supernodes, and
+ * makes small and indefinite factors; the numbers of large ones are made by supernodal_cholesky.c, for CHOLMOD can
+ * neither be cancelled nor share them between threads (notes/43-threads-of-the-factor.md). Inertia is counted from an
+ * L D L^T without pivots, and the count is checked afterwards: see check_count().
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "linalg/sparse_cholesky.h"
@@ -20,17 +19,22 @@
 #include <string.h>
 #include <suitesparse/cholmod.h>
 
+/* Operations an entry of the factor from which dense blocks are worth while: CHOLMOD's own rule. */
+static const double DENSE_ENOUGH = 40;
+
 struct co_sparse_cholesky {
     cholmod_common common;
     co_thread_pool *threads; /* the caller's, or NULL */
     co_cancel *cancel;       /* likewise */
     cholmod_sparse matrix;
-    cholmod_factor *factor;
-    co_supernodal_cholesky *supernodal; /* of a supernodal factor; made when first needed */
-    cholmod_factor *indefinite;         /* L D L^T; made when first needed */
-    int solves_indefinite;              /* whether it was factored last */
-    cholmod_dense *right, *x;           /* right-hand side and solution, kept between solutions */
-    cholmod_dense *y;                   /* CHOLMOD's work space for solving, kept as well */
+    co_supernodes structure;
+    int is_supernodal;                  /* whether L L^T is made by supernodes; else it is made as L D L^T */
+    co_supernodal_cholesky *supernodal; /* made when first needed, and with it: */
+    double *l;                          /* [structure.value_start[n_supernodes]] */
+    cholmod_factor *ldl;                /* a simplicial L D L^T; made when first needed */
+    int solves_by_ldl;                  /* it was factored last */
+    cholmod_dense *right, *x;           /* of a solution by it, kept between solutions */
+    cholmod_dense *y;                   /* CHOLMOD's work space, kept as well */
 };
 
 int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row, double *value,
@@ -44,9 +48,6 @@ int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row
     cholmod_start(&f->common);
     f->common.print = 0;
     f->common.error_handler = NULL;
-    f->common.nmethods = 1;
-    f->common.method[0].ordering = CHOLMOD_AMD;
-    f->common.postorder = 1;
     f->common.grow2 = 0; /* room for what the analysis says */
     f->matrix = (cholmod_sparse){.nrow = (size_t)n,
                                  .ncol = (size_t)n,
@@ -60,20 +61,24 @@ int32_t co_sparse_cholesky_create(int32_t n, int32_t *column_start, int32_t *row
                                  .dtype = CHOLMOD_DOUBLE,
                                  .sorted = 1,
                                  .packed = 1};
-    f->factor = cholmod_analyze(&f->matrix, &f->common);
-    if (f->factor)
-        return CURVOPT_OK;
-    co_sparse_cholesky_destroy(f);
-    *out = NULL;
-    return co_status_no_memory(error);
+    int32_t status = co_supernodes_create(n, column_start, row, &f->common, &f->structure, error);
+    if (status != CURVOPT_OK) {
+        co_sparse_cholesky_destroy(f);
+        *out = NULL;
+        return status;
+    }
+    f->is_supernodal =
+        f->structure.operations >= DENSE_ENOUGH * (double)f->structure.value_start[f->structure.n_supernodes];
+    return CURVOPT_OK;
 }
 
 void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
     if (!f)
         return;
     co_supernodal_cholesky_destroy(f->supernodal);
-    cholmod_free_factor(&f->factor, &f->common);
-    cholmod_free_factor(&f->indefinite, &f->common);
+    co_supernodes_free(&f->structure);
+    free(f->l);
+    cholmod_free_factor(&f->ldl, &f->common);
     cholmod_free_dense(&f->right, &f->common);
     cholmod_free_dense(&f->x, &f->common);
     cholmod_free_dense(&f->y, &f->common);
@@ -81,121 +86,103 @@ void co_sparse_cholesky_destroy(co_sparse_cholesky *f) {
     free(f);
 }
 
-/* CHOLMOD's parallel loops. CHOLMOD 3 has no setting for them: it asks for four threads for loops over 64 numbers or
- * more, however many processors there are, and waking them costs a tenth of a factor of such a size and brings nothing
- * to larger ones (notes/43-threads-of-the-factor.md). So its archive is linked with the functions of its run time of
- * threads renamed to these (cholmod.cmake): one thread, the calling one. */
-void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags);
-int co_sparse_cholesky_n_threads(void);
+/* Later versions of SuiteSparse ask for the number of threads when they start; they are linked with this instead of
+ * their run time of threads (cholmod.cmake), of which nothing else is needed here. */
 int co_sparse_cholesky_most_threads(void);
-int co_sparse_cholesky_thread(void);
-
-void co_sparse_cholesky_parallel(void (*body)(void *), void *data, unsigned n_threads, unsigned flags) {
-    (void)n_threads;
-    (void)flags;
-    body(data);
-}
-
-int co_sparse_cholesky_n_threads(void) {
-    return 1;
-}
 
 int co_sparse_cholesky_most_threads(void) {
     return 1;
 }
 
-int co_sparse_cholesky_thread(void) {
-    return 0;
-}
-
 /* ------------------------------------------------------------------------------------------------- factors -- */
 
-/* What a call of CHOLMOD came to. */
-static int32_t status_of(co_sparse_cholesky *f, curvopt_error *error) {
-    if (f->common.status == CHOLMOD_OUT_OF_MEMORY)
-        return co_status_no_memory(error);
-    return co_cancel_is_due(f->cancel) ? CO_CANCELLED : CURVOPT_OK;
-}
-
-static int32_t plan_supernodal(co_sparse_cholesky *f, curvopt_error *error) {
-    const cholmod_factor *l = f->factor;
-    const co_supernodes structure = {.n = (int)l->n,
-                                     .n_supernodes = (int)l->nsuper,
-                                     .column = l->super,
-                                     .row_start = l->pi,
-                                     .row = l->s,
-                                     .value_start = l->px,
-                                     .permutation = l->Perm};
-    if (!cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, f->factor, &f->common)) /* room for the values */
-        return co_status_no_memory(error);
-    return co_supernodal_cholesky_create(&structure, f->matrix.p, f->matrix.i, f->threads, f->cancel, &f->supernodal,
-                                         error);
-}
-
 static int32_t factorize_supernodal(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
-    int32_t status = f->supernodal ? CURVOPT_OK : plan_supernodal(f, error);
-    return status == CURVOPT_OK
-               ? co_supernodal_cholesky_factorize(f->supernodal, f->matrix.x, shift, f->factor->x, positive)
-               : status;
+    int32_t status = CURVOPT_OK;
+    if (!f->l)
+        f->l = CO_NEW_ALIGNED(double, f->structure.value_start[f->structure.n_supernodes]);
+    if (!f->l)
+        return co_status_no_memory(error);
+    if (!f->supernodal)
+        status = co_supernodal_cholesky_create(&f->structure, f->matrix.p, f->matrix.i, f->threads, f->cancel,
+                                               &f->supernodal, error);
+    return status == CURVOPT_OK ? co_supernodal_cholesky_factorize(f->supernodal, f->matrix.x, shift, f->l, positive)
+                                : status;
 }
 
-/* Rows of a simplicial factor after which the flag is looked at. */
+/* An empty L D L^T. */
+static cholmod_factor *allocate_ldl(co_sparse_cholesky *f) {
+    const co_supernodes *s = &f->structure;
+    cholmod_factor *ldl = cholmod_allocate_factor((size_t)s->n, &f->common);
+    if (!ldl)
+        return NULL;
+    memcpy(ldl->Perm, s->permutation, sizeof(int) * (size_t)s->n);
+    for (int k = 0; k < s->n_supernodes; k++)
+        for (int j = 0; j < co_supernodes_width(s, k); j++)
+            ((int *)ldl->ColCount)[s->column[k] + j] = co_supernodes_n_rows(s, k) - j;
+    ldl->ordering = CHOLMOD_GIVEN;
+    return ldl;
+}
+
+/* Rows of an L D L^T after which the flag is looked at. */
 enum { ROWS_AT_ONCE = 16 };
 
-/* A simplicial L D L^T, row by row, until a pivot is zero: factor->minor is its number then, and else n. */
-static int32_t factorize_simplicial(co_sparse_cholesky *f, cholmod_factor *factor, double shift, curvopt_error *error) {
+/* L D L^T, row by row, until a pivot is zero: ldl->minor is its number then, and else n. */
+static int32_t factorize_ldl(co_sparse_cholesky *f, double shift, curvopt_error *error) {
     double beta[2] = {shift, 0};
     const size_t n = f->matrix.nrow;
-    cholmod_sparse *permuted = cholmod_ptranspose(&f->matrix, 2, factor->Perm, NULL, 0, &f->common);
+    if (!f->ldl)
+        f->ldl = allocate_ldl(f);
+    if (!f->ldl)
+        return co_status_no_memory(error);
+    cholmod_sparse *permuted = cholmod_ptranspose(&f->matrix, 2, f->ldl->Perm, NULL, 0, &f->common);
     int32_t status = permuted ? CURVOPT_OK : co_status_no_memory(error);
-    factor->minor = n;
-    for (size_t k = 0; factor->nz && k < n; k++) /* the columns of an earlier one are empty again */
-        ((int *)factor->nz)[k] = 1;
-    for (size_t k = 0; k < n && factor->minor == n && status == CURVOPT_OK; k += ROWS_AT_ONCE) {
-        const size_t end = k + ROWS_AT_ONCE < n ? k + ROWS_AT_ONCE : n;
-        cholmod_rowfac(permuted, NULL, beta, k, end, factor, &f->common);
-        status = status_of(f, error);
+    f->ldl->minor = n;
+    for (size_t k = 0; f->ldl->nz && k < n; k++) /* the columns of an earlier one are empty again */
+        ((int *)f->ldl->nz)[k] = 1;
+    for (size_t k = 0; k < n && f->ldl->minor == n && status == CURVOPT_OK; k += ROWS_AT_ONCE) {
+        cholmod_rowfac(permuted, NULL, beta, k, k + ROWS_AT_ONCE < n ? k + ROWS_AT_ONCE : n, f->ldl, &f->common);
+        status = f->common.status == CHOLMOD_OUT_OF_MEMORY ? co_status_no_memory(error)
+                 : co_cancel_is_due(f->cancel)             ? CO_CANCELLED
+                                                           : CURVOPT_OK;
     }
     cholmod_free_sparse(&permuted, &f->common);
     return status;
 }
 
-/* Of an L D L^T, which CHOLMOD also makes of indefinite matrices. */
-static int has_positive_pivots(const cholmod_factor *factor) {
-    const int *column_start = factor->p;
-    const double *value = factor->x;
-    for (size_t j = 0; j < factor->n; j++)
-        if (!(value[column_start[j]] > 0))
-            return 0;
-    return 1;
+/* Negative entries of D; -1 if one is zero. */
+static int32_t count_negative_pivots(const cholmod_factor *ldl) {
+    const int *column_start = ldl->p;
+    const double *value = ldl->x;
+    int32_t n_negative = 0;
+    if (ldl->minor < ldl->n)
+        return -1;
+    for (size_t j = 0; j < ldl->n; j++) /* D stands first in each column */
+        n_negative += !(value[column_start[j]] > 0);
+    return n_negative;
 }
 
 int32_t co_sparse_cholesky_factorize(co_sparse_cholesky *f, double shift, int *positive, curvopt_error *error) {
     *positive = 0;
-    f->solves_indefinite = 0;
-    if (f->factor->is_super)
+    f->solves_by_ldl = !f->is_supernodal;
+    if (f->is_supernodal)
         return factorize_supernodal(f, shift, positive, error);
-    int32_t status = factorize_simplicial(f, f->factor, shift, error);
-    *positive = status == CURVOPT_OK && f->factor->minor == f->factor->n && has_positive_pivots(f->factor);
+    int32_t status = factorize_ldl(f, shift, error);
+    *positive = status == CURVOPT_OK && count_negative_pivots(f->ldl) == 0;
     return status;
 }
 
-/* x = A^-1 b by any factor of A. */
-static int32_t solve_with(co_sparse_cholesky *f, cholmod_factor *factor, const double *b, double *x,
-                          curvopt_error *error) {
+static int32_t solve_by_ldl(co_sparse_cholesky *f, const double *b, double *x, curvopt_error *error) {
     size_t n = f->matrix.nrow;
-    cholmod_dense *e = NULL; /* of supernodal factors alone */
-    if (factor->is_super)
-        return co_supernodal_cholesky_solve(f->supernodal, factor->x, b, x);
+    cholmod_dense *e = NULL; /* that supernodal factors would need */
     if (!cholmod_ensure_dense(&f->right, n, 1, n, CHOLMOD_REAL, &f->common))
         return co_status_no_memory(error);
     memcpy(f->right->x, b, sizeof(double) * n);
-    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common)) /* CHOLMOD 3 does not look at this one */
+    if (!cholmod_ensure_dense(&f->y, n, 1, n, CHOLMOD_REAL, &f->common)) /* CHOLMOD 3 does not look whether it is */
         return co_status_no_memory(error);
-    if (!cholmod_solve2(CHOLMOD_A, factor, f->right, NULL, &f->x, NULL, &f->y, &e, &f->common))
+    if (!cholmod_solve2(CHOLMOD_A, f->ldl, f->right, NULL, &f->x, NULL, &f->y, &e, &f->common))
         return co_status_no_memory(error);
     memcpy(x, f->x->x, sizeof(double) * n);
-    return status_of(f, error);
+    return CURVOPT_OK;
 }
 
 /* ------------------------------------------------------------------------------------------------- inertia -- */
@@ -262,7 +249,7 @@ static void multiply_factors(const cholmod_factor *ldl, const double *v, double 
  * Example: A = (d 1 3; 1 1 .2; 3 .2 1) has one negative eigenvalue. With d first, D = (d, 1 - 1/d, ...). For d = 1e-3
  * that costs three digits: |B^-1 E| = 1e-13, believed. For d = 1e-20 the 1 is lost in 1 - 1e20, and the third pivot
  * is what rounding leaves of -9e20 + 9e20: |B^-1 E| is 1 or more, not believed, whatever the third sign. */
-static int32_t check_count(co_sparse_cholesky *f, cholmod_factor *ldl, double shift, int *holds, curvopt_error *error) {
+static int32_t check_count(co_sparse_cholesky *f, double shift, int *holds, curvopt_error *error) {
     size_t n = f->matrix.nrow;
     uint64_t state = 88172645463325252u;
     double *work = CO_NEW(double, 4 * n), *probe = work + n, *by_matrix = work + 2 * n, *off = work + 3 * n;
@@ -271,59 +258,39 @@ static int32_t check_count(co_sparse_cholesky *f, cholmod_factor *ldl, double sh
     for (int k = 0; status == CURVOPT_OK && k < PROBES; k++) {
         draw_normal(n, &state, probe);
         multiply_matrix(f, shift, probe, by_matrix);
-        multiply_factors(ldl, probe, work, off);
+        multiply_factors(f->ldl, probe, work, off);
         co_vector_add(n, -1, by_matrix, off);
-        status = solve_with(f, ldl, off, off, error);
+        status = solve_by_ldl(f, off, off, error);
         *holds &= 10 * sqrt(2 / CO_PI) * co_vector_norm(n, off) < 1; /* false for NAN */
     }
     free(work);
     return status;
 }
 
-/* L D L^T into *ldl, which is made if it is NULL, and the negative entries of D; -1 if a pivot is zero. */
-static int32_t factorize_ldl(co_sparse_cholesky *f, double shift, cholmod_factor **ldl, int32_t *n_negative,
-                             curvopt_error *error) {
-    const int supernodal = f->common.supernodal;
-    *n_negative = -1;
-    f->common.supernodal = CHOLMOD_SIMPLICIAL;
-    if (!*ldl)
-        *ldl = cholmod_analyze(&f->matrix, &f->common);
-    f->common.supernodal = supernodal;
-    if (!*ldl)
-        return co_status_no_memory(error);
-    int32_t status = factorize_simplicial(f, *ldl, shift, error);
-    if (status != CURVOPT_OK || (*ldl)->minor < (*ldl)->n)
-        return status;
-    const int *column_start = (*ldl)->p;
-    const double *value = (*ldl)->x;
-    *n_negative = 0;
-    for (size_t j = 0; j < (*ldl)->n; j++) /* D stands first in each column */
-        *n_negative += value[column_start[j]] < 0;
-    return CURVOPT_OK;
-}
-
 int32_t co_sparse_cholesky_factorize_indefinite(co_sparse_cholesky *f, double shift, int32_t *n_negative,
                                                 curvopt_error *error) {
-    f->solves_indefinite = 1;
-    return factorize_ldl(f, shift, &f->indefinite, n_negative, error);
+    f->solves_by_ldl = 1;
+    int32_t status = factorize_ldl(f, shift, error);
+    *n_negative = status == CURVOPT_OK ? count_negative_pivots(f->ldl) : -1;
+    return status;
 }
 
 int32_t co_sparse_cholesky_count_negative(co_sparse_cholesky *f, double shift, int n_right, const double *right,
                                           double *solved, int32_t *n_negative, curvopt_error *error) {
     const size_t n = f->matrix.nrow;
-    cholmod_factor *ldl = NULL;
     int holds = 0;
-    int32_t status = factorize_ldl(f, shift, &ldl, n_negative, error);
+    int32_t status = co_sparse_cholesky_factorize_indefinite(f, shift, n_negative, error);
     if (status == CURVOPT_OK && *n_negative >= 0)
-        status = check_count(f, ldl, shift, &holds, error);
+        status = check_count(f, shift, &holds, error);
     if (!holds)
         *n_negative = -1;
     for (size_t k = 0; holds && k < (size_t)n_right && status == CURVOPT_OK; k++)
-        status = solve_with(f, ldl, right + k * n, solved + k * n, error);
-    cholmod_free_factor(&ldl, &f->common);
+        status = solve_by_ldl(f, right + k * n, solved + k * n, error);
+    if (f->is_supernodal) /* it takes much room, and is seldom needed */
+        cholmod_free_factor(&f->ldl, &f->common);
     return status;
 }
 
 int32_t co_sparse_cholesky_solve(co_sparse_cholesky *f, const double *b, double *x, curvopt_error *error) {
-    return solve_with(f, f->solves_indefinite ? f->indefinite : f->factor, b, x, error);
+    return f->solves_by_ldl ? solve_by_ldl(f, b, x, error) : co_supernodal_cholesky_solve(f->supernodal, f->l, b, x);
 }

@@ -36,10 +36,9 @@ typedef struct work {
 } work;
 
 struct co_supernodal_cholesky {
-    co_supernodes s;
+    const co_supernodes *s;
     co_thread_pool *threads;
     co_cancel *cancel;
-    double operations; /* of a factor */
     int n_panels;
     panel *panel;        /* [n_panels] by columns */
     int *first_panel;    /* [n_supernodes + 1] */
@@ -60,25 +59,13 @@ struct co_supernodal_cholesky {
     double shift, *l;
 };
 
-static int width_of(const co_supernodes *s, int k) {
-    return s->column[k + 1] - s->column[k];
-}
-
-static int rows_of(const co_supernodes *s, int k) {
-    return s->row_start[k + 1] - s->row_start[k];
-}
-
-static const int *row_of(const co_supernodes *s, int k) {
-    return s->row + s->row_start[k];
-}
-
 /* ------------------------------------------------------------------------------------------------------- plan -- */
 
 /* The end of the rows of supernode k, from row `at` on, that are columns of the supernode that has row `at`. */
 static int end_of_run(const co_supernodes *s, const int *supernode_of, int k, int at) {
-    const int *row = row_of(s, k), to = supernode_of[row[at]];
+    const int *row = co_supernodes_rows(s, k), to = supernode_of[row[at]];
     int end = at;
-    while (end < rows_of(s, k) && row[end] < s->column[to + 1])
+    while (end < co_supernodes_n_rows(s, k) && row[end] < s->column[to + 1])
         end++;
     return end;
 }
@@ -86,7 +73,7 @@ static int end_of_run(const co_supernodes *s, const int *supernode_of, int k, in
 /* The updates of each supernode. A supernode waits in the list of the next one that it has rows of, the last to come
  * first, as CHOLMOD has it: sums then have the same bits. */
 static int32_t list_updates(co_supernodal_cholesky *p, const int *supernode_of, curvopt_error *error) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     const size_t n = (size_t)s->n_supernodes;
     int *head = CO_NEW(int, 3 * n), *next = head + n, *at = head + 2 * n;
     int32_t status = CURVOPT_OK;
@@ -97,8 +84,8 @@ static int32_t list_updates(co_supernodal_cholesky *p, const int *supernode_of, 
     }
     for (int k = 0; k < s->n_supernodes; k++) {
         head[k] = -1;
-        for (int i = width_of(s, k); i < rows_of(s, k); i = end_of_run(s, supernode_of, k, i))
-            p->update_start[supernode_of[row_of(s, k)[i]] + 1]++;
+        for (int i = co_supernodes_width(s, k); i < co_supernodes_n_rows(s, k); i = end_of_run(s, supernode_of, k, i))
+            p->update_start[supernode_of[co_supernodes_rows(s, k)[i]] + 1]++;
     }
     for (size_t k = 0; k < n; k++)
         p->update_start[k + 1] += p->update_start[k];
@@ -112,15 +99,15 @@ static int32_t list_updates(co_supernodal_cholesky *p, const int *supernode_of, 
             after = next[d];
             p->update[u++] = (update){d, at[d]};
             at[d] = end_of_run(s, supernode_of, d, at[d]);
-            if (at[d] < rows_of(s, d)) {
-                const int to = supernode_of[row_of(s, d)[at[d]]];
+            if (at[d] < co_supernodes_n_rows(s, d)) {
+                const int to = supernode_of[co_supernodes_rows(s, d)[at[d]]];
                 next[d] = head[to];
                 head[to] = d;
             }
         }
-        at[k] = width_of(s, k);
-        if (at[k] < rows_of(s, k)) {
-            const int to = supernode_of[row_of(s, k)[at[k]]];
+        at[k] = co_supernodes_width(s, k);
+        if (at[k] < co_supernodes_n_rows(s, k)) {
+            const int to = supernode_of[co_supernodes_rows(s, k)[at[k]]];
             next[k] = head[to];
             head[to] = k;
         }
@@ -131,12 +118,12 @@ done:
 }
 
 static int32_t cut_into_panels(co_supernodal_cholesky *p, curvopt_error *error) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     p->first_panel = CO_NEW(int, s->n_supernodes + 1);
     if (!p->first_panel)
         return co_status_no_memory(error);
     for (int k = 0; k < s->n_supernodes; k++)
-        p->first_panel[k + 1] = p->first_panel[k] + (width_of(s, k) + WIDEST - 1) / WIDEST;
+        p->first_panel[k + 1] = p->first_panel[k] + (co_supernodes_width(s, k) + WIDEST - 1) / WIDEST;
     p->n_panels = p->first_panel[s->n_supernodes];
     p->panel = CO_NEW(panel, p->n_panels);
     p->order = CO_NEW(int, p->n_panels);
@@ -147,8 +134,8 @@ static int32_t cut_into_panels(co_supernodal_cholesky *p, curvopt_error *error) 
         const int n = p->first_panel[k + 1] - p->first_panel[k];
         for (int i = 0; i < n; i++)
             p->panel[p->first_panel[k] + i] = (panel){.supernode = k,
-                                                      .begin = (int)((int64_t)width_of(s, k) * i / n),
-                                                      .end = (int)((int64_t)width_of(s, k) * (i + 1) / n),
+                                                      .begin = (int)((int64_t)co_supernodes_width(s, k) * i / n),
+                                                      .end = (int)((int64_t)co_supernodes_width(s, k) * (i + 1) / n),
                                                       .is_last = i == n - 1};
     }
     return CURVOPT_OK;
@@ -157,15 +144,15 @@ static int32_t cut_into_panels(co_supernodal_cholesky *p, curvopt_error *error) 
 /* Rank of a panel: panels of lower rank do not need it. Those of one supernode follow each other; a supernode comes
  * after all that updates it. */
 static int32_t order_panels(co_supernodal_cholesky *p, const int *supernode_of, curvopt_error *error) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     int *rank = CO_NEW(int, s->n_supernodes + 1), highest = 0;
     if (!rank)
         return co_status_no_memory(error);
     for (int k = 0; k < s->n_supernodes; k++) { /* rank[k] is that of its first panel, final when it is its turn */
         const int after = rank[k] + p->first_panel[k + 1] - p->first_panel[k];
         highest = after > highest ? after : highest;
-        if (rows_of(s, k) > width_of(s, k)) {
-            int *parent = rank + supernode_of[row_of(s, k)[width_of(s, k)]];
+        if (co_supernodes_n_rows(s, k) > co_supernodes_width(s, k)) {
+            int *parent = rank + supernode_of[co_supernodes_rows(s, k)[co_supernodes_width(s, k)]];
             *parent = after > *parent ? after : *parent;
         }
     }
@@ -185,8 +172,8 @@ static int32_t order_panels(co_supernodal_cholesky *p, const int *supernode_of, 
 
 /* Which row of supernode k is row i of L. */
 static int find_row(const co_supernodes *s, int k, int i) {
-    const int *row = row_of(s, k);
-    int low = width_of(s, k), high = rows_of(s, k);
+    const int *row = co_supernodes_rows(s, k);
+    int low = co_supernodes_width(s, k), high = co_supernodes_n_rows(s, k);
     if (i < s->column[k + 1])
         return i - s->column[k];
     while (low + 1 < high) {
@@ -202,7 +189,7 @@ static int find_row(const co_supernodes *s, int k, int i) {
 /* Where entries of the matrix go. */
 static int32_t place_entries(co_supernodal_cholesky *p, const int *supernode_of, const int *column_start,
                              const int *row, curvopt_error *error) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     int *inverse = CO_NEW(int, s->n), *panel_of = CO_NEW(int, s->n);
     int32_t status = CURVOPT_OK;
     p->entry_start = CO_NEW(size_t, p->n_panels + 1);
@@ -224,8 +211,8 @@ static int32_t place_entries(co_supernodal_cholesky *p, const int *supernode_of,
                 const int a = inverse[j], b = inverse[row[e]], column = a < b ? a : b, i = panel_of[column];
                 if (pass) {
                     const int k = supernode_of[column];
-                    p->entry[p->entry_start[i]++] =
-                        (entry){e, find_row(s, k, a < b ? b : a) + (column - s->column[k]) * rows_of(s, k)};
+                    p->entry[p->entry_start[i]++] = (entry){
+                        e, find_row(s, k, a < b ? b : a) + (column - s->column[k]) * co_supernodes_n_rows(s, k)};
                 } else {
                     p->entry_start[i + 1]++;
                 }
@@ -243,15 +230,13 @@ done:
     return status;
 }
 
-/* Sizes of the largest update, and the number of operations. */
+/* The largest update. */
 static void measure(co_supernodal_cholesky *p, const int *supernode_of) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     for (int k = 0; k < s->n_supernodes; k++) {
-        const int n_rows = rows_of(s, k);
+        const int n_rows = co_supernodes_n_rows(s, k);
         p->most_rows = n_rows > p->most_rows ? n_rows : p->most_rows;
-        for (int j = 0; j < width_of(s, k); j++)
-            p->operations += (double)(n_rows - j) * (n_rows - j);
-        for (int i = width_of(s, k), end; i < n_rows; i = end) {
+        for (int i = co_supernodes_width(s, k), end; i < n_rows; i = end) {
             end = end_of_run(s, supernode_of, k, i);
             const int widest = end - i < WIDEST ? end - i : WIDEST;
             const size_t size = (size_t)(n_rows - i) * (size_t)widest;
@@ -261,14 +246,14 @@ static void measure(co_supernodal_cholesky *p, const int *supernode_of) {
 }
 
 static int32_t create_works(co_supernodal_cholesky *p, curvopt_error *error) {
-    p->n_works = p->operations < WORTH_THREADS ? 1 : co_thread_pool_size(p->threads);
+    p->n_works = p->s->operations < WORTH_THREADS ? 1 : co_thread_pool_size(p->threads);
     p->work = CO_NEW(work, p->n_works);
-    p->x = CO_NEW(double, p->s.n);
+    p->x = CO_NEW(double, p->s->n);
     p->gathered = CO_NEW(double, p->most_rows);
     if (!p->work || !p->x || !p->gathered)
         return co_status_no_memory(error);
     for (int32_t t = 0; t < p->n_works; t++) {
-        p->work[t] = (work){.local = CO_NEW(int, p->s.n),
+        p->work[t] = (work){.local = CO_NEW(int, p->s->n),
                             .relative = CO_NEW(int, p->most_rows),
                             .sum = CO_NEW_ALIGNED(double, p->most_sums)};
         if (!p->work[t].local || !p->work[t].relative || !p->work[t].sum)
@@ -285,11 +270,11 @@ int32_t co_supernodal_cholesky_create(const co_supernodes *structure, const int 
     int32_t status = p && supernode_of ? CURVOPT_OK : co_status_no_memory(error);
     if (status != CURVOPT_OK)
         goto done;
-    p->s = *structure;
+    p->s = structure;
     p->threads = threads;
     p->cancel = cancel;
-    for (int k = 0; k < p->s.n_supernodes; k++)
-        for (int j = p->s.column[k]; j < p->s.column[k + 1]; j++)
+    for (int k = 0; k < p->s->n_supernodes; k++)
+        for (int j = p->s->column[k]; j < p->s->column[k + 1]; j++)
             supernode_of[j] = k;
     status = cut_into_panels(p, error);
     if (status == CURVOPT_OK)
@@ -356,7 +341,7 @@ static int wait_for(co_supernodal_cholesky *p, int i) {
 /* The panel's part of A + shift. */
 static void begin_panel(const co_supernodal_cholesky *p, int i, double *block) {
     const panel *at = p->panel + i;
-    const size_t n_rows = (size_t)rows_of(&p->s, at->supernode);
+    const size_t n_rows = (size_t)co_supernodes_n_rows(p->s, at->supernode);
     memset(block + (size_t)at->begin * n_rows, 0, sizeof(double) * (size_t)(at->end - at->begin) * n_rows);
     for (size_t e = p->entry_start[i]; e < p->entry_start[i + 1]; e++)
         block[p->entry[e].place] = p->value[p->entry[e].index];
@@ -367,8 +352,9 @@ static void begin_panel(const co_supernodal_cholesky *p, int i, double *block) {
 /* Subtracts what an earlier supernode has for the panel's columns: with its rows `begin` .. `end` - 1 there, and those
  * below, C [rows][columns] = L [rows] L [begin .. end]^T, of which the lower part counts. */
 static void subtract(const co_supernodal_cholesky *p, const panel *to, const update *u, const work *w, double *block) {
-    const co_supernodes *s = &p->s;
-    const int *row = row_of(s, u->from), stride = rows_of(s, u->from), width = width_of(s, u->from);
+    const co_supernodes *s = p->s;
+    const int *row = co_supernodes_rows(s, u->from), stride = co_supernodes_n_rows(s, u->from),
+              width = co_supernodes_width(s, u->from);
     const int first = s->column[to->supernode] + to->begin, last = s->column[to->supernode] + to->end;
     int begin = u->at, end;
     while (begin < stride && row[begin] < first)
@@ -385,7 +371,7 @@ static void subtract(const co_supernodal_cholesky *p, const panel *to, const upd
                &rows, 1, 1);
     for (int i = 0; i < rows; i++)
         w->relative[i] = w->local[row[begin + i]];
-    const size_t n_rows = (size_t)rows_of(s, to->supernode);
+    const size_t n_rows = (size_t)co_supernodes_n_rows(s, to->supernode);
     for (int j = 0; j < columns; j++) {
         double *out = block + (size_t)w->relative[j] * n_rows;
         const double *in = w->sum + (size_t)j * (size_t)rows;
@@ -407,13 +393,14 @@ static void subtract_panel(const panel *to, const panel *from, int stride, doubl
 
 /* Makes panel i; 0 if it has no factor, or the factor is given up. */
 static int make_panel(co_supernodal_cholesky *p, int i, const work *w) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     const panel *at = p->panel + i;
-    const int k = at->supernode, stride = rows_of(s, k), columns = at->end - at->begin, below = stride - at->end;
+    const int k = at->supernode, stride = co_supernodes_n_rows(s, k), columns = at->end - at->begin,
+              below = stride - at->end;
     double *block = p->l + s->value_start[k];
     begin_panel(p, i, block);
     for (int r = 0; r < stride; r++)
-        w->local[row_of(s, k)[r]] = r;
+        w->local[co_supernodes_rows(s, k)[r]] = r;
     for (int u = p->update_start[k]; u < p->update_start[k + 1]; u++) {
         if (is_over(p) || !wait_for(p, p->first_panel[p->update[u].from + 1] - 1))
             return 0;
@@ -466,15 +453,15 @@ int32_t co_supernodal_cholesky_factorize(co_supernodal_cholesky *p, const double
 /* --------------------------------------------------------------------------------------------------- solution -- */
 
 static void gather(const co_supernodes *s, int k, const double *x, double *out) {
-    const int *row = row_of(s, k);
-    for (int i = width_of(s, k); i < rows_of(s, k); i++)
-        out[i - width_of(s, k)] = x[row[i]];
+    const int *row = co_supernodes_rows(s, k);
+    for (int i = co_supernodes_width(s, k); i < co_supernodes_n_rows(s, k); i++)
+        out[i - co_supernodes_width(s, k)] = x[row[i]];
 }
 
 /* x := L^-1 x */
 static void solve_forward(const co_supernodal_cholesky *p, const double *l, int k) {
-    const co_supernodes *s = &p->s;
-    const int width = width_of(s, k), stride = rows_of(s, k), below = stride - width, step = 1;
+    const co_supernodes *s = p->s;
+    const int width = co_supernodes_width(s, k), stride = co_supernodes_n_rows(s, k), below = stride - width, step = 1;
     const double *block = l + s->value_start[k];
     double *x = p->x + s->column[k];
     dtrsv_("L", "N", "N", &width, block, &stride, x, &step, 1, 1, 1);
@@ -483,13 +470,13 @@ static void solve_forward(const co_supernodal_cholesky *p, const double *l, int 
     gather(s, k, p->x, p->gathered);
     dgemv_("N", &below, &width, &LESS, block + width, &stride, x, &step, &ONE, p->gathered, &step, 1);
     for (int i = 0; i < below; i++)
-        p->x[row_of(s, k)[width + i]] = p->gathered[i];
+        p->x[co_supernodes_rows(s, k)[width + i]] = p->gathered[i];
 }
 
 /* x := L^-T x */
 static void solve_backward(const co_supernodal_cholesky *p, const double *l, int k) {
-    const co_supernodes *s = &p->s;
-    const int width = width_of(s, k), stride = rows_of(s, k), below = stride - width, step = 1;
+    const co_supernodes *s = p->s;
+    const int width = co_supernodes_width(s, k), stride = co_supernodes_n_rows(s, k), below = stride - width, step = 1;
     const double *block = l + s->value_start[k];
     double *x = p->x + s->column[k];
     if (below) {
@@ -500,7 +487,7 @@ static void solve_backward(const co_supernodal_cholesky *p, const double *l, int
 }
 
 int32_t co_supernodal_cholesky_solve(co_supernodal_cholesky *p, const double *l, const double *b, double *x) {
-    const co_supernodes *s = &p->s;
+    const co_supernodes *s = p->s;
     for (int k = 0; k < s->n; k++)
         p->x[k] = b[s->permutation[k]];
     for (int k = 0; k < s->n_supernodes; k++) {
