@@ -273,7 +273,8 @@ def test_catenoid(capsys):
 
 def test_soap_film_in_a_held_boundary(capsys):
     """`mean_curvature` with positions alone held: int H^2 goes to 0, from a shaken net, with the spline's
-    order 4, and the surface is the catenoid: the boundary layer of the fitted net is minimized away."""
+    order 4, and the surface is the catenoid: the boundary layer of the fitted net is minimized away. Each net has several
+    minima, of which the shaken start chooses one, 2e-4 to 4e-4 at 16 x 12: so the order is that of two halvings together."""
     left, distance = [], []
     for n in (8, 16, 32):
         mesh = catenoid(n, 3 * n // 4)
@@ -287,10 +288,12 @@ def test_soap_film_in_a_held_boundary(capsys):
         face = rng.integers(0, result.mesh.n_faces, 500)
         at = lib.jets(result.mesh, face, 0 * face, rng.uniform(0, 1, (500, 2)))[:, 0]
         distance.append(np.abs(np.hypot(at[:, 0], at[:, 1]) - np.cosh(at[:, 2])).max())
-    orders = [np.log2(np.array(x[:-1]) / x[1:]) for x in (left, distance)]
+        assert result.verdict == "minimum"
+    orders = np.array([np.log2(x[0] / x[2]) / 2 for x in (left, distance)])
     with capsys.disabled():
-        print(f"\n  soap film: int H^2 {left} orders {orders[0]}; distance {distance} orders {orders[1]}")
-    assert (np.array(orders) > 2.3).all() and (np.array(orders) < 4.6).all() and left[-1] < 1e-4 and distance[-1] < 3e-5
+        print(f"\n  soap film: int H^2 {left} order {orders[0]:.2f}; distance {distance} order {orders[1]:.2f}")
+    assert (orders > 3.3).all() and (orders < 4.2).all() and left[-1] < 1e-4 and distance[-1] < 3e-5
+    assert left[0] > 2 * left[1] > 4 * left[2] and distance[0] > 2 * distance[1] > 4 * distance[2]
 
 
 def hemisphere(levels: int) -> tuple[Mesh, np.ndarray]:

@@ -15,7 +15,6 @@ static const double ONE = 1, ZERO = 0, LESS = -1; /* for the BLAS */
 /* Columns begin .. end - 1 of a supernode, counted from its first. */
 typedef struct panel {
     int supernode, begin, end;
-    int is_last; /* of the supernode */
 } panel;
 
 /* What supernode `from` subtracts from another one begins with its row `at`. */
@@ -43,7 +42,7 @@ struct co_supernodal_cholesky {
     panel *panel;        /* [n_panels] by columns */
     int *first_panel;    /* [n_supernodes + 1] */
     int *order;          /* [n_panels] in which threads take panels: none comes before what it needs */
-    int *update_start;   /* [n_supernodes + 1] */
+    int *update_start;   /* [n_supernodes + 2], the last for making it */
     update *update;      /* of each supernode, in the order in which they are subtracted */
     size_t *entry_start; /* [n_panels + 1] */
     entry *entry;        /* of each panel */
@@ -70,51 +69,27 @@ static int end_of_run(const co_supernodes *s, const int *supernode_of, int k, in
     return end;
 }
 
-/* The updates of each supernode. A supernode waits in the list of the next one that it has rows of, the last to come
- * first, as CHOLMOD has it: sums then have the same bits. */
+/* The updates of each supernode, by the supernodes that they come from. */
 static int32_t list_updates(co_supernodal_cholesky *p, const int *supernode_of, curvopt_error *error) {
     const co_supernodes *s = p->s;
     const size_t n = (size_t)s->n_supernodes;
-    int *head = CO_NEW(int, 3 * n), *next = head + n, *at = head + 2 * n;
-    int32_t status = CURVOPT_OK;
-    p->update_start = CO_NEW(int, n + 1);
-    if (!head || !p->update_start) {
-        status = co_status_no_memory(error);
-        goto done;
-    }
-    for (int k = 0; k < s->n_supernodes; k++) {
-        head[k] = -1;
+    p->update_start = CO_NEW(int, n + 2);
+    if (!p->update_start)
+        return co_status_no_memory(error);
+    /* of those that are listed so far; while they are counted, each number stands one further on */
+    int *end = p->update_start + 1;
+    for (int k = 0; k < s->n_supernodes; k++)
         for (int i = co_supernodes_width(s, k); i < co_supernodes_n_rows(s, k); i = end_of_run(s, supernode_of, k, i))
-            p->update_start[supernode_of[co_supernodes_rows(s, k)[i]] + 1]++;
-    }
+            end[supernode_of[co_supernodes_rows(s, k)[i]] + 1]++;
     for (size_t k = 0; k < n; k++)
-        p->update_start[k + 1] += p->update_start[k];
-    p->update = CO_NEW(update, p->update_start[n]);
-    if (!p->update) {
-        status = co_status_no_memory(error);
-        goto done;
-    }
-    for (int k = 0, u = 0; k < s->n_supernodes; k++) {
-        for (int d = head[k], after; d >= 0; d = after) {
-            after = next[d];
-            p->update[u++] = (update){d, at[d]};
-            at[d] = end_of_run(s, supernode_of, d, at[d]);
-            if (at[d] < co_supernodes_n_rows(s, d)) {
-                const int to = supernode_of[co_supernodes_rows(s, d)[at[d]]];
-                next[d] = head[to];
-                head[to] = d;
-            }
-        }
-        at[k] = co_supernodes_width(s, k);
-        if (at[k] < co_supernodes_n_rows(s, k)) {
-            const int to = supernode_of[co_supernodes_rows(s, k)[at[k]]];
-            next[k] = head[to];
-            head[to] = k;
-        }
-    }
-done:
-    free(head);
-    return status;
+        end[k + 1] += end[k];
+    p->update = CO_NEW(update, end[n]);
+    if (!p->update)
+        return co_status_no_memory(error);
+    for (int k = 0; k < s->n_supernodes; k++)
+        for (int i = co_supernodes_width(s, k); i < co_supernodes_n_rows(s, k); i = end_of_run(s, supernode_of, k, i))
+            p->update[end[supernode_of[co_supernodes_rows(s, k)[i]]]++] = (update){k, i};
+    return CURVOPT_OK;
 }
 
 static int32_t cut_into_panels(co_supernodal_cholesky *p, curvopt_error *error) {
@@ -135,8 +110,7 @@ static int32_t cut_into_panels(co_supernodal_cholesky *p, curvopt_error *error) 
         for (int i = 0; i < n; i++)
             p->panel[p->first_panel[k] + i] = (panel){.supernode = k,
                                                       .begin = (int)((int64_t)co_supernodes_width(s, k) * i / n),
-                                                      .end = (int)((int64_t)co_supernodes_width(s, k) * (i + 1) / n),
-                                                      .is_last = i == n - 1};
+                                                      .end = (int)((int64_t)co_supernodes_width(s, k) * (i + 1) / n)};
     }
     return CURVOPT_OK;
 }
