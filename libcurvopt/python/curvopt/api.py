@@ -20,7 +20,7 @@ from .library import Cancel as _Cancel
 from .library import Mesh as _Mesh
 from .library import Problem as _Problem
 from .library import Sampler as _Sampler
-from .library import Library, indices, load
+from .library import Library, indices, load, option_value, reals
 from .library import minimize as _minimize
 from .measure import Crossings, Deviation
 from .measure import crossings as _crossings
@@ -38,7 +38,7 @@ def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | N
     when the cage is used."""
     try:
         points = np.array(positions, float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"positions must be (n, 3) numbers: {error}.") from None
     if points.ndim < 2 or points.shape[-1] != 3:
         raise ValueError(f"positions have the shape {points.shape}; it must be (n, 3).")
@@ -54,11 +54,31 @@ def cage(positions: object, faces: Sequence[Sequence[int]], creases: Creases | N
 
 
 def _weights(energy: Energy) -> dict[str, float]:
-    return {energy: 1.0} if isinstance(energy, str) else dict(energy)
+    if isinstance(energy, str):
+        return {energy: 1.0}
+    if not isinstance(energy, Mapping):
+        raise ValueError(f"energy is {energy!r}; it must be a name of TERMS, or weights by name.")
+    return dict(energy)
+
+
+def _listed(name: str, given: object, alone: type = type(None)) -> list[object]:
+    """What was given as a list; one thing of type `alone` is a list of it."""
+    if isinstance(given, alone):
+        return [given]
+    try:
+        return list(given)
+    except TypeError:
+        raise ValueError(f"{name} is {given!r}; it must be a list.") from None
+
+
+def _switch(name: str, given: object) -> int:
+    if not isinstance(given, (bool, np.bool_, int)) or given not in (0, 1):
+        raise ValueError(f"{name} is {given!r}; it must be True or False.")
+    return int(given)
 
 
 def _number(name: str, names: Sequence[str], what: str) -> int:
-    if name not in names:
+    if not isinstance(name, str) or name not in names:
         raise ValueError(f"There is no {what} '{name}'; there are {', '.join(names)}.")
     return names.index(name)
 
@@ -67,18 +87,22 @@ def _options(lib: Library, energy: Energy, surface: str, **fields: object) -> CO
     return lib.options(_weights(energy), surface=_number(surface, SURFACES, "surface"), **fields)
 
 
+def _is_keep(wanted: object) -> bool:
+    return isinstance(wanted, str) and wanted == "keep"
+
+
 def _rule(name: str, wanted: str | float, rule: str) -> tuple[str, float]:
     """The rule, of abi.SCALAR_RULES, and the value of a number that is to be held; `rule` is for one that is given."""
-    if wanted == "keep":
+    if _is_keep(wanted):
         return "keep", 0.0
     if isinstance(wanted, bool) or not isinstance(wanted, Real):
         raise ValueError(f"{name} is {wanted!r}: it must be 'keep' or a number.")
-    return rule, float(wanted)
+    return rule, option_value(name, wanted)
 
 
 def _part(wanted: str | float, cage: Cage, energy: Energy, surface: str, left_out: Sequence[int]) -> str | float:
     """A reduced volume; for "keep" the cage's. ValueError where that has none."""
-    if wanted != "keep":
+    if not _is_keep(wanted):
         return wanted
     part = abs(energies(cage, energy, surface=surface, left_out=left_out).reduced_volume)
     if not part > 0:
@@ -187,7 +211,7 @@ def _check_names(options: Mapping[str, float]) -> None:
 def _symmetry(wanted: str) -> dict[str, int]:
     """The fields of a symmetry, or of mirror planes with commas."""
     names = [name for name in SYMMETRIES if name != "planes"]
-    if wanted in names:
+    if isinstance(wanted, str) and wanted in names:
         return {"symmetry": SYMMETRIES.index(wanted)}
     every = ("x", "y", "z", *names)
     planes = {_number(name, every, "symmetry or mirror plane") for name in str(wanted).split(",")}
@@ -196,18 +220,25 @@ def _symmetry(wanted: str) -> dict[str, int]:
     return {"symmetry": SYMMETRIES.index("planes"), "symmetry_planes": sum(1 << plane for plane in planes)}
 
 
+def _array(name: str, given: object) -> np.ndarray:
+    try:
+        return np.asarray(given, float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be numbers, not {given!r}.") from None
+
+
 def _pins(held: object, weights: object, limit_points: bool, places: object) -> Held | None:
     if held is None:
         for name, value in (("weights", weights), ("places", places)):
             if value is not None:
                 raise ValueError(f"{name} are of held vertices, and held names none.")
         return None
-    vertices = np.asarray(held)
-    firmness = np.ones(vertices.size) if weights is None else np.asarray(weights, float)
-    at = None if places is None else np.asarray(places, float)
+    vertices = indices(held, "held")
+    firmness = np.ones(vertices.size) if weights is None else reals(weights, vertices.size, "weights of held vertices")
+    at = None if places is None else _array("places", places)
     if at is not None and at.size != 3 * vertices.size:
         raise ValueError(f"places have the shape {at.shape}; for {vertices.size} held vertices it must be ({vertices.size}, 3).")
-    return Held(vertices, firmness, limit_points, at)
+    return Held(vertices, firmness, bool(_switch("limit_points", limit_points)), at)
 
 
 def run_options(
@@ -222,8 +253,8 @@ def run_options(
     _check_names(options)
     options.update(_symmetry(symmetry))
     pins = _pins(held, weights, limit_points, places)
-    through = [through] if isinstance(through, Through) else through
-    chains = [chains] if isinstance(chains, Chain) else chains
+    through, chains = _listed("through", through, Through), _listed("chains", chains, Chain)
+    left_out = _listed("left_out", left_out)
     numbers = {"volume": volume, "area": area, "total_mean_curvature": total_mean_curvature}
     scalars = {name: _rule(name, wanted, "value") for name, wanted in numbers.items() if wanted is not None}
     if reduced_volume is not None:
@@ -232,8 +263,8 @@ def run_options(
         scalars["volume"] = _rule("reduced_volume", _part(reduced_volume, cage, energy, surface, left_out), "reduced")
     return _options(
         lib, energy, surface, held=pins, holes=left_out, levels=levels, boundary=_number(boundary, BOUNDARIES, "boundary"),
-        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=int(slide),
-        no_crossings=int(no_crossings), scalars=scalars, through=through, chains=chains, **options,
+        strength=strength, within=within, spontaneous_curvature=spontaneous_curvature, slide=_switch("slide", slide),
+        no_crossings=_switch("no_crossings", no_crossings), scalars=scalars, through=through, chains=chains, **options,
     )  # fmt: skip
 
 

@@ -39,13 +39,14 @@ from .loading import (
     indices,
     int_pointer,
     load,
+    option_value,
     real_pointer,
     reals,
 )
 from .values import Cage, Creases, Energies, Exceptions, LevelReport, Progress, Summary, Verification
 
 __all__ = (  # of loading.py, for whoever binds the library by this module
-    "Cancelled", "CurvoptError", "Library", "LibraryError", "forget", "indices", "load", "reals",
+    "Cancelled", "CurvoptError", "Library", "LibraryError", "forget", "indices", "load", "option_value", "reals",
 )  # fmt: skip
 
 _Self = TypeVar("_Self")

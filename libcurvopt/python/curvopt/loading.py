@@ -65,8 +65,11 @@ class Cancelled(CurvoptError):
 
 
 def reals(values: object, count: int, name: str) -> np.ndarray:
-    """`values` as `count` contiguous float64, flat. ValueError for another number of them."""
-    array = np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
+    """`values` as `count` contiguous float64, flat. ValueError for another number of them, and for what are no numbers."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} must be numbers, not {values!r}.") from None
     if array.size != count:
         raise ValueError(f"{name} holds {array.size} numbers, expected {count}.")
     return array
@@ -74,12 +77,29 @@ def reals(values: object, count: int, name: str) -> np.ndarray:
 
 def indices(values: object, name: str) -> np.ndarray:
     """`values` as contiguous int32, flat. ValueError for fractions and for values beyond 32 bits."""
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name} must be integers, not {values!r}.") from None
     if array.size and not np.issubdtype(array.dtype, np.integer):
         raise ValueError(f"{name} must be integers, not {array.dtype}.")
     if array.size and (array.max() > INT32_MAX or array.min() < -INT32_MAX - 1):
         raise ValueError(f"{name} holds a value beyond 32 bits.")
     return np.ascontiguousarray(array, dtype=np.int32).reshape(-1)
+
+
+def option_value(name: str, value: object) -> float | int:
+    """A value of a field of curvopt_options, or of a weight of an energy (any other name). ValueError naming it."""
+    whole = OPTION_KINDS.get(name) is C.c_int32
+    is_number = isinstance(value, (int, float, np.integer, np.floating, np.bool_))
+    if not is_number or (whole and value != value // 1):
+        raise ValueError(f"{name} is {value!r}; it must be a {'whole ' * whole}number.")
+    if whole and not -INT32_MAX <= value <= INT32_MAX:
+        raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
+    try:
+        return int(value) if whole else float(value)
+    except OverflowError:
+        raise ValueError(f"{name} = {value} is beyond what a double holds.") from None
 
 
 def real_pointer(array: np.ndarray | None) -> object:
@@ -200,16 +220,14 @@ class Library:
         for term, weight in weights.items():
             if term not in TERMS:
                 raise ValueError(f"There is no energy '{term}'; there are {', '.join(TERMS)}.")
-            options.weights[TERMS.index(term)] = weight
+            options.weights[TERMS.index(term)] = option_value(f"the weight of {term}", weight)
         for scalar, (rule, value) in (scalars or {}).items():
             options.scalar_rule[SCALARS.index(scalar)] = SCALAR_RULES.index(rule)
             options.scalar_value[SCALARS.index(scalar)] = value
         for name, value in fields.items():
             if name not in OPTION_KINDS:
                 raise ValueError(f"There is no option '{name}'.")
-            if OPTION_KINDS[name] is C.c_int32 and not -INT32_MAX <= value <= INT32_MAX:
-                raise ValueError(f"Option {name} = {value} is beyond 32 bits.")
-            setattr(options, name, value)
+            setattr(options, name, option_value(name, value))
         if held is not None and len(held.vertices):
             vertices = indices(held.vertices, "held")
             firmness = reals(held.weights, vertices.size, "weights of held vertices")

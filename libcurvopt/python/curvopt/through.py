@@ -70,7 +70,10 @@ def _numbers(value: object, entry: int, name: str, n: int = 3) -> np.ndarray:
     """So many numbers, two or three; NAN for None."""
     if value is None:
         return np.full(n, np.nan)
-    out = np.asarray(value, float)
+    try:
+        out = np.asarray(value, float)
+    except (TypeError, ValueError, OverflowError):
+        out = np.empty(0)
     if out.shape != (n,):
         raise ValueError(f"entry {entry}: {name} is {value!r}; it must be {'two' if n == 2 else 'three'} numbers.")
     return out
@@ -86,6 +89,12 @@ def _count(value: object, entry: int, name: str, of: str = "entry") -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value <= _INT32_MAX:
         raise ValueError(f"{of} {entry}: {name} is {value!r}; it must be a whole number, 0 or more.")
     return int(value)
+
+
+def _switch(value: object, chain: int, name: str) -> bool:
+    if not isinstance(value, (bool, np.bool_, int)) or value not in (0, 1):
+        raise ValueError(f"chain {chain}: {name} is {value!r}; it must be True or False.")
+    return bool(value)
 
 
 def _check_type(value: object, i: int, of: str, wanted: type) -> None:
@@ -122,11 +131,14 @@ def _freedom(entry: Through) -> int:
 
 def _chain(chain: Chain, i: int) -> tuple[CChain, list[np.ndarray]]:
     """The struct, and its arrays."""
-    vertices = np.array([_count(v, i, "a vertex", "chain") for v in chain.vertices], np.int32)
+    try:
+        vertices = np.array([_count(v, i, "a vertex", "chain") for v in chain.vertices], np.int32)
+    except TypeError:
+        raise ValueError(f"chain {i}: vertices is {chain.vertices!r}; it must be a list of vertex numbers.") from None
     try:
         curve = np.ascontiguousarray(chain.curve, float)
         parameters = None if chain.parameters is None else np.ascontiguousarray(chain.parameters, float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"chain {i}: curve and parameters must be numbers: {error}.") from None
     if curve.ndim != 2 or curve.shape[1] != 3:
         raise ValueError(f"chain {i}: curve has the shape {curve.shape}; it must be (m, 3).")
@@ -135,8 +147,8 @@ def _chain(chain: Chain, i: int) -> tuple[CChain, list[np.ndarray]]:
     reals = C.POINTER(C.c_double)
     out = CChain(
         vertices.ctypes.data_as(C.POINTER(C.c_int32)), curve.ctypes.data_as(reals),
-        None if parameters is None else parameters.ctypes.data_as(reals), len(vertices), len(curve), bool(chain.closed),
-        bool(chain.closed if chain.curve_closed is None else chain.curve_closed),
+        None if parameters is None else parameters.ctypes.data_as(reals), len(vertices), len(curve), _switch(chain.closed, i, "closed"),
+        _switch(chain.closed if chain.curve_closed is None else chain.curve_closed, i, "curve_closed"),
     )  # fmt: skip
     return out, [vertices, curve] + ([] if parameters is None else [parameters])
 
@@ -167,9 +179,7 @@ def struct_of(entries: Sequence[Through], chains: Sequence[Chain] = ()) -> CThro
         "curvatures": [_numbers(e.curvatures, i, "curvatures", 2) for i, e in on],
         "curvature_directions": [_numbers(e.curvature_direction, i, "curvature_direction") for i, e in on],
     }
-    uv = np.array([(np.nan, np.nan) if e.uv is None else e.uv for e in entries], float)
-    if len(entries) and uv.shape != (len(entries), 2):
-        raise ValueError("uv must be two numbers of each entry.")
+    uv = np.array([_numbers(e.uv, i, "uv", 2) for i, e in on], float)
     weights = np.array([_weight(e.weight, i) for i, e in on], float)
     arrays: dict[str, np.ndarray] = {name: np.array(numbers, np.int32) for name, numbers in integers.items()}
     arrays.update({name: np.ascontiguousarray(rows, float) for name, rows in (vectors | {"uv": uv, "weights": weights}).items()})
