@@ -8,9 +8,9 @@ add_library(curvopt_cholmod INTERFACE)
 if(NOT CURVOPT_BUNDLE_CHOLMOD)
   find_path(CURVOPT_CHOLMOD_INCLUDE suitesparse/cholmod.h REQUIRED)
   find_library(CURVOPT_CHOLMOD_SHARED cholmod REQUIRED)
-  find_package(BLAS REQUIRED)
+  find_package(LAPACK REQUIRED) # and its BLAS
   target_include_directories(curvopt_objects PRIVATE ${CURVOPT_CHOLMOD_INCLUDE})
-  target_link_libraries(curvopt_cholmod INTERFACE ${CURVOPT_CHOLMOD_SHARED} ${BLAS_LIBRARIES} m)
+  target_link_libraries(curvopt_cholmod INTERFACE ${CURVOPT_CHOLMOD_SHARED} ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
   return()
 endif()
 
