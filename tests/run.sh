@@ -73,7 +73,7 @@ preset_of() {
 }
 
 # The tests that use several threads, which run under the thread sanitizer; nothing else is built with it.
-THREADED=(thread_pool work_sharing cancel minimize)
+THREADED=(thread_pool work_sharing cancel minimize supernodal_cholesky)
 
 # targets_of PRESET: what is built of it, if not everything.
 targets_of() {
