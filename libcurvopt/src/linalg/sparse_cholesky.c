@@ -19,7 +19,8 @@
 #include <string.h>
 #include <suitesparse/cholmod.h>
 
-/* Operations an entry of the factor from which dense blocks are worth while: CHOLMOD's own rule. */
+/* Operations a number that there is room for, from which dense blocks are worth while; CHOLMOD's own rule, which counts
+ * the factor's entries alone. */
 static const double DENSE_ENOUGH = 40;
 
 struct co_sparse_cholesky {
