@@ -69,11 +69,12 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
         if "output" in place:
             bpy.ops.wm.save_as_mainfile(filepath=str(place["output"]), copy=True, check_existing=False)
     verdict = messages.verdict_of(request, solution)
-    held = source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+    in_mesh_numbers = source.layout.in_mesh_numbers
+    held, folded = in_mesh_numbers(messages.exceptions_text(solution.exceptions)), in_mesh_numbers(messages.folds_text(solution))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
     counted = *counted, messages.contact_text(request, solution), messages.volume_text(request, solution), shown
     measured = messages.deviation_text(solution), messages.crossings_text(solution)
-    parts = messages.solution_text(request, solution), *counted, *measured, held, verdict
+    parts = messages.solution_text(request, solution), *counted, *measured, held, folded, verdict
     return "\n".join(part for part in parts if part)
 
 
@@ -182,6 +183,8 @@ def report(
         **_contact(request, solution),
         "n_held": solution.exceptions.n_held,
         "n_left_out": solution.exceptions.n_left_out,
+        "n_folded": len(solution.folded),
+        "n_unfolded": solution.n_unfolded,
         "verification": _verification(solution.verification),
         "verdict": messages.verdict_of(request, solution),
         **_measures(solution),

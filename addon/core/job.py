@@ -78,7 +78,8 @@ class Solution:
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
     first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
     `scalar_residuals` by name, `discretization_error`, and of No Crossings `clearance`, `touching` and `n_crossing_before`,
-    as of values.Summary. `path`, of a run that was recorded: states (n, 3) of the optimized cage's vertices, from the first
+    as of values.Summary. `folded` faces of the first cage make its energies infinite; `n_unfolded` of its vertices were put
+    between their neighbours for that. `path`, of a run that was recorded: states (n, 3) of the optimized cage's vertices, from the first
     cage to the optimized one."""
 
     cage: Cage
@@ -101,6 +102,8 @@ class Solution:
     clearance: float = math.nan
     touching: tuple[tuple[int, int], ...] = ()
     n_crossing_before: int = 0
+    folded: tuple[int, ...] = ()
+    n_unfolded: int = 0
     path: tuple[np.ndarray, ...] = ()
 
 
@@ -139,9 +142,10 @@ def solve(
         found = _solve(crop.cage, part, on_progress, cancel, watcher)
     except library.CurvoptError as error:
         raise crop.error(error) from None
-    start, exceptions = cage.positions, crop.exceptions(found.exceptions)
-    whole = crop.expanded(found.cage.positions)
-    return replace(found, cage=whole, start_positions=start, euler=crop.euler(), exceptions=exceptions)
+    return replace(
+        found, cage=crop.expanded(found.cage.positions), start_positions=cage.positions, euler=crop.euler(),
+        exceptions=crop.exceptions(found.exceptions), folded=tuple(crop.faces[list(found.folded)].tolist()),
+    )  # fmt: skip
 
 
 def with_marks(cage: Cage, request: Request, edges: np.ndarray, marks: np.ndarray) -> Request:
@@ -238,12 +242,14 @@ def _solve(
             deviation = crossings = None
             if summary.stop != "cancelled":
                 deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
+            folded = measure.folds(mesh, cage.positions, options).tolist() if summary.n_folded else ()
             path = recorder.path(mesh, final.positions) if recorder is not None else ()
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
-                summary.discretization_error, summary.clearance, summary.touching, summary.n_crossing_before, path,
+                summary.discretization_error, summary.clearance, summary.touching, summary.n_crossing_before,
+                tuple(folded), summary.n_unfolded, path,
             )  # fmt: skip
 
 

@@ -172,6 +172,18 @@ def crossings_text(solution: Solution) -> str:
     return f"The surface crosses itself at {_counted(solution.crossings.n_pairs, 'pair', 'pairs')} of faces"
 
 
+def folds_text(solution: Solution) -> str:
+    """What was done about faces of the original that are folded, or is to be done, in a sentence; empty if none is."""
+    if not solution.folded:
+        return ""
+    named = ", ".join(f"face {face}" for face in solution.folded[:_MOST_NAMED])
+    more = f" and {len(solution.folded) - _MOST_NAMED} more" if len(solution.folded) > _MOST_NAMED else ""
+    folded = f"The original is folded ({named}{more})"
+    if solution.n_unfolded:
+        return f"{folded}: {_counted(solution.n_unfolded, 'vertex was', 'vertices were')} put between their neighbours first"
+    return f"{folded}, so that the energy is infinite: move vertices back that lie beyond others"
+
+
 def contact_text(request: Request, solution: Solution) -> str:
     """What No Crossings holds the result by, and what it could not prevent, in a sentence; empty without it."""
     if not request.options.get("no_crossings"):

@@ -69,10 +69,11 @@ Volume"""
             strength, rim = properties.strength_of(self.strength), self.rim.lower()
             request, solution = _with(strength, rim, self.slide, self.keep_volume)
             moved = write_edit(edit, request, solution, self.amount)
-            held = edit.source.layout.in_mesh_numbers(messages.exceptions_text(solution.exceptions))
+            in_mesh_numbers = edit.source.layout.in_mesh_numbers
+            held, folded = in_mesh_numbers(messages.exceptions_text(solution.exceptions)), in_mesh_numbers(messages.folds_text(solution))
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
-            found = messages.volume_text(request, solution), held, messages.crossings_text(solution), moved.remark
+            found = messages.volume_text(request, solution), held, folded, messages.crossings_text(solution), moved.remark
             parts = *found, messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)

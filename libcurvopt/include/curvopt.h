@@ -946,6 +946,19 @@ CURVOPT_API int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const doubl
                                            const curvopt_cancel *cancel, int32_t n_room, int32_t *pairs,
                                            curvopt_crossings *out, size_t size, curvopt_error *error);
 
+/* Finds the faces at which the limit surface of a cage xyz [3 n_vertices] is folded: at a point of the face it has no
+ * tangent plane (a pinch point, Whitney's umbrella), and energies of curvature are infinite. A vertex that was
+ * dragged over others, or two corners of a face that have changed places, can fold a cage. Faces that are left out of
+ * energies (curvopt_exception) are not looked at.
+ *   Of the options the holes and `strict` are read. cancel may be NULL; a cancelled search is OK, and has what it found.
+ *   folded [n_faces]: 1 for each folded face, else 0; n_folded: how many; either may be NULL.
+ * By normals at 81 points of each face, or of each part of it where a face is not regular: folds that are smaller are
+ * not seen, and a face is marked, too, where such a point is less than an eighth of a face beyond its edge. ERROR_ARGUMENT as curvopt_mesh_find_exceptions, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY
+ * (not finite, zero size), ERROR_MEMORY. */
+CURVOPT_API int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                                       const curvopt_cancel *cancel, int32_t *folded, int32_t *n_folded,
+                                       curvopt_error *error);
+
 /* --------------------------------------------------------------------------------------------- minimizing -- */
 
 /* The reason why a run or a level stopped. None of them is an error; each has the best iterate as its result.
@@ -1044,7 +1057,8 @@ typedef struct curvopt_summary {
     double curve_deviation;           /* with options.slide: longest distance of the result's limit curves on which
                                          vertices slide from the input's, in units of the cage; else 0 */
     int32_t n_sliding;                /* vertices of the input cage that may slide */
-    int32_t reserved;                 /* 0 */
+    int32_t n_folded;                 /* faces of the input cage that are folded (curvopt_find_folds); looked for only
+                                         where its energies cannot be resolved, else 0 */
     double multiplier[CURVOPT_MAX_SCALARS]; /* by curvopt_scalar: how much the least objective rises for each unit by
                                                which what is held does (Lagrange's): of a volume a pressure, of an
                                                area a tension; 0 where nothing is held */
@@ -1060,7 +1074,7 @@ typedef struct curvopt_summary {
                                     are as close, and hold it (curvopt_result_get_touching) */
     int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */
     int32_t n_refused;           /* the same: steps that were shortened because of a crossing */
-    int32_t reserved_too;        /* 0 */
+    int32_t n_unfolded;          /* vertices of the input cage that were put between their neighbours, for it is folded */
     double spring_energy; /* what springs add to the objective at the result: of weights below 1 of constraints and
                              of what the surface goes through, of a strength below 1, and the barrier of
                              `within`. In no reported energy. 0 without any */
@@ -1085,7 +1099,11 @@ CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const do
  * change their sizes. progress, user, cancel may be NULL. Errors as curvopt_problem_create and
  * curvopt_problem_evaluate; ERROR_GEOMETRY for a cage that is not symmetric about a plane of options.symmetry_planes
  * (`element` is the first vertex or face without a partner); ERROR_ARGUMENT where nothing may move on any level. A
- * cancelled or stalled run is OK and has a result. */
+ * cancelled or stalled run is OK and has a result.
+ *   A cage that is folded (curvopt_find_folds), so that its energies cannot be resolved, is unfolded first: vertices of
+ * folded faces, and more round them as far as need be, are put between the others, as a thin plate would lie there
+ * (summary.n_unfolded). Held vertices stay. Not with joshi_sequin, a strength below 1 or `within`; and not where that
+ * leaves folds: then the run begins as it is given. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);

@@ -208,6 +208,9 @@ static int measure(const arguments *a, const input *in, const curvopt_cancel *ca
     if (result == ARGUMENTS_DONE && measures_take(in->mesh, in->cage.xyz, in->mesh, from.mesh, from.cage.xyz,
                                                   a->options.threads, cancel, out, &error) != CURVOPT_OK)
         result = could_not(a->deviation_from ? a->deviation_from : a->input, error.message);
+    if (result == ARGUMENTS_DONE &&
+        measures_take_folds(in->mesh, in->cage.xyz, &a->options, cancel, out, &error) != CURVOPT_OK)
+        result = could_not(a->input, error.message);
     if (result == ARGUMENTS_DONE && was_interrupted) {
         measures_free(out);
         result = could_not(a->input, curvopt_status_text(CURVOPT_ERROR_CANCELLED));
@@ -360,6 +363,22 @@ static int deliver_files(const arguments *a, const obj_cage *cage, const json_re
     return status;
 }
 
+/* What is measured of a result, and of the cage that it was made of. */
+static int32_t measure_result(const arguments *a, const input *in, const curvopt_result *result, const double *xyz,
+                              const curvopt_cancel *cancel, measures *out, curvopt_error *error) {
+    curvopt_summary summary;
+    curvopt_result_get_summary(result, &summary, sizeof summary);
+    int32_t status = measures_take(curvopt_result_mesh(result), xyz, in->mesh, in->mesh, in->cage.xyz,
+                                   a->options.threads, cancel, out, error);
+    if (status == CURVOPT_OK && a->options.no_crossings)
+        status = measures_take_touching(result, in->mesh, in->cage.xyz, a->options.threads, cancel, out, error);
+    if (status == CURVOPT_OK && summary.n_folded)
+        status = measures_take_folds(in->mesh, in->cage.xyz, &a->options, NULL, out, error);
+    out->n_unfolded = summary.n_unfolded;
+    out->has_folds = 1;
+    return status;
+}
+
 static int deliver(const watch *w, const input *in, const curvopt_result *result, const curvopt_cancel *cancel) {
     const arguments *a = w->args;
     obj_cage cage;
@@ -386,10 +405,7 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
                           .method = curvopt_method_name(summary.method)};
     if (!take_result(result, &info, &in->cage, summary.n_levels - 1, &cage))
         return could_not(a->output, strerror(ENOMEM));
-    if (measures_take(curvopt_result_mesh(result), cage.xyz, in->mesh, in->mesh, in->cage.xyz, a->options.threads,
-                      cancel, &measured, &error) != CURVOPT_OK ||
-        (a->options.no_crossings && measures_take_touching(result, in->mesh, in->cage.xyz, a->options.threads, cancel,
-                                                           &measured, &error) != CURVOPT_OK)) {
+    if (measure_result(a, in, result, cage.xyz, cancel, &measured, &error) != CURVOPT_OK) {
         free_result(&cage);
         return could_not(a->input, error.message);
     }

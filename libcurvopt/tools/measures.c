@@ -115,10 +115,31 @@ int32_t measures_take_touching(const curvopt_result *result, const curvopt_mesh 
     return CURVOPT_OK;
 }
 
+int32_t measures_take_folds(const curvopt_mesh *input, const double *xyz, const curvopt_options *options,
+                            const curvopt_cancel *cancel, measures *m, curvopt_error *error) {
+    curvopt_mesh_info info;
+    curvopt_mesh_get_info(input, &info, sizeof info);
+    m->folded = malloc(sizeof *m->folded * (size_t)(info.n_faces + 1));
+    if (!m->folded)
+        return out_of_memory(m, error);
+    const int32_t status = curvopt_find_folds(input, xyz, options, cancel, m->folded, NULL, error);
+    if (status != CURVOPT_OK) {
+        measures_free(m);
+        return status;
+    }
+    for (int32_t f = 0; f < info.n_faces; f++)
+        if (m->folded[f])
+            m->folded[m->n_folded++] = f;
+    m->n_unfolded = -1;
+    m->has_folds = 1;
+    return CURVOPT_OK;
+}
+
 void measures_free(measures *m) {
     free(m->pairs);
     free(m->touching);
     free(m->before);
+    free(m->folded);
     *m = (measures){.pairs = NULL};
 }
 
@@ -141,6 +162,24 @@ static void print_touching(FILE *f, const measures *m) {
     }
 }
 
+/* What was done, or is to be done, about folds. */
+static void print_folds(FILE *f, const measures *m) {
+    enum { MOST_PRINTED = 8 };
+    if (!m->n_folded)
+        return;
+    fprintf(f, "%-22s %d face%s:", m->n_unfolded < 0 ? "folded" : "folded before", m->n_folded,
+            m->n_folded == 1 ? "" : "s");
+    for (int32_t k = 0; k < m->n_folded && k < MOST_PRINTED; k++)
+        fprintf(f, " %d", m->folded[k]);
+    fprintf(f, "%s", m->n_folded > MOST_PRINTED ? " .." : "");
+    if (m->n_unfolded > 0)
+        fprintf(f, "; first %d vert%s put between their neighbours\n", m->n_unfolded,
+                m->n_unfolded == 1 ? "ex was" : "ices were");
+    else
+        fprintf(f, "; the surface has a point without a tangent plane there, and energies of curvature are infinite: "
+                   "move vertices back that lie beyond others\n");
+}
+
 void measures_print(FILE *f, const measures *m, int always) {
     const curvopt_crossings *c = &m->crossings;
     const curvopt_deviation *d = &m->deviation;
@@ -149,6 +188,7 @@ void measures_print(FILE *f, const measures *m, int always) {
                 d->max, d->bound, d->rms, d->max / d->size, d->rms / d->size);
     if (m->has_touching)
         print_touching(f, m);
+    print_folds(f, m);
     if (!m->has_crossings)
         return;
     if (c->n_pairs) {
@@ -180,6 +220,16 @@ static void write_touching(FILE *f, const measures *m) {
     fprintf(f, "},\n");
 }
 
+static void write_folds(FILE *f, const measures *m) {
+    fprintf(f, "  \"n_folded\": %d, ", m->n_folded);
+    if (m->n_unfolded >= 0)
+        fprintf(f, "\"n_unfolded\": %d, ", m->n_unfolded);
+    fprintf(f, "\"folded\": [");
+    for (int32_t k = 0; k < m->n_folded; k++)
+        fprintf(f, "%s%d", k ? ", " : "", m->folded[k]);
+    fprintf(f, "],\n");
+}
+
 void measures_write_json(FILE *f, const measures *m) {
     const curvopt_crossings *c = &m->crossings;
     const curvopt_deviation *d = &m->deviation;
@@ -188,6 +238,8 @@ void measures_write_json(FILE *f, const measures *m) {
                 d->rms, d->bound, d->size);
     if (m->has_touching)
         write_touching(f, m);
+    if (m->has_folds)
+        write_folds(f, m);
     if (!m->has_crossings)
         return;
     fprintf(f, "  \"n_crossings\": %d, \"n_contacts\": %d, \"n_unresolved\": %d,\n  ", c->n_pairs, c->n_contacts,

@@ -23,6 +23,10 @@ typedef struct measures {
     int32_t *before; /* [2 n_before_listed] */
     int32_t n_refused;
     int has_touching;
+    int32_t n_folded;   /* faces of the input that are folded, if has_folds */
+    int32_t *folded;    /* [n_folded] */
+    int32_t n_unfolded; /* vertices of the input that a run put into place for that; -1: there was no run */
+    int has_folds;
 } measures;
 
 /* Measures a cage, and its deviation from another one (NULL: none). `input` is the cage that it is a subdivision of, or
@@ -35,6 +39,9 @@ int32_t measures_take(const curvopt_mesh *mesh, const double *xyz, const curvopt
  * measures_take(), after which it is called. */
 int32_t measures_take_touching(const curvopt_result *result, const curvopt_mesh *input, const double *xyz,
                                int32_t threads, const curvopt_cancel *cancel, measures *m, curvopt_error *error);
+/* Where the input is folded; n_unfolded is -1. As measures_take(), after which it is called. */
+int32_t measures_take_folds(const curvopt_mesh *input, const double *xyz, const curvopt_options *options,
+                            const curvopt_cancel *cancel, measures *m, curvopt_error *error);
 void measures_free(measures *m);
 /* For people: the deviation, if there is one; crossings, if there are any or `always`. */
 void measures_print(FILE *file, const measures *m, int always);

@@ -199,7 +199,7 @@ AT(curvopt_summary, n_held, 72);
 AT(curvopt_summary, n_left_out, 76);
 AT(curvopt_summary, curve_deviation, 80);
 AT(curvopt_summary, n_sliding, 88);
-AT(curvopt_summary, reserved, 92);
+AT(curvopt_summary, n_folded, 92);
 AT(curvopt_summary, multiplier, 96);
 AT(curvopt_summary, scalar_residual, 144);
 AT(curvopt_summary, discretization_error, 192);
@@ -207,7 +207,7 @@ AT(curvopt_summary, clearance, 200);
 AT(curvopt_summary, n_touching, 208);
 AT(curvopt_summary, n_crossing_before, 212);
 AT(curvopt_summary, n_refused, 216);
-AT(curvopt_summary, reserved_too, 220);
+AT(curvopt_summary, n_unfolded, 220);
 AT(curvopt_summary, spring_energy, 224);
 
 SIZE(curvopt_creases, 48);

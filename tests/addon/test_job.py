@@ -433,6 +433,24 @@ def test_solutions_say_how_far_and_whether_they_cross():
     assert stopped.deviation is None and messages.deviation_text(stopped) == messages.crossings_text(stopped) == ""
 
 
+def test_a_folded_mesh_is_unfolded_and_named():
+    """Before a run, all of it or a part; not where what is folded is held."""
+    points, faces = shapes.torus(8, 6, 1.0, 0.4)
+    corners = faces[3]
+    points = points.copy()
+    points[corners[0]] += 3.5 * (points[corners[1]] - points[corners[0]]) + 0.3 * (points[corners[3]] - points[corners[0]])
+    cage = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
+    solution = job.solve(cage, job.Request(energy="willmore", levels=1))
+    assert solution.verification.verdict == "minimum" and len(solution.folded) == solution.n_unfolded == 2
+    one, two = solution.folded
+    named = f"The original is folded (face {one}, face {two})"
+    assert messages.folds_text(solution) == f"{named}: 2 vertices were put between their neighbours first"
+    held = Held.exactly(np.unique(np.concatenate([faces[one], faces[two]])))
+    stuck = job.solve(cage, job.Request(energy="willmore", levels=1, held=held, options={"max_iterations": 3}))
+    assert messages.folds_text(stuck) == f"{named}, so that the energy is infinite: move vertices back that lie beyond others"
+    assert messages.folds_text(job.solve(cage, job.Request(energy="area", levels=1, options={"max_iterations": 3}))) == ""
+
+
 def test_the_verdict_says_what_theorems_say_of_bending():
     """Of a Clifford torus and a sphere with levels enough to know the error; not after one level, of MVS, nor of a
     multiple of the energy."""

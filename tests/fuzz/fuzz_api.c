@@ -293,6 +293,14 @@ static void call_measure(reader *r, state *s) {
         FUZZ_CHECK(c.n_pairs >= 0 && c.n_listed <= 8 && c.n_listed <= c.n_pairs);
     else
         check_refusal(status, &error);
+    int32_t folded[MOST_FACES], n_folded = 0;
+    status = curvopt_find_folds(s->mesh, s->xyz, &s->options, cancel, folded, &n_folded, &error);
+    if (status == CURVOPT_OK)
+        for (int32_t f = 0; f < s->n_faces; f++)
+            n_folded -= folded[f];
+    else
+        check_refusal(status, &error);
+    FUZZ_CHECK(n_folded == 0);
     status = curvopt_measure_deviation(s->mesh, s->xyz, s->mesh, other, 1, cancel, &d, sizeof d, distances, &error);
     if (status == CURVOPT_OK)
         FUZZ_CHECK(d.max >= 0 && d.bound >= d.max && isfinite(d.bound) && d.size > 0);

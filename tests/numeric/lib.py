@@ -143,10 +143,10 @@ class Summary(C.Structure):
         (name, I32) for name in ("n_levels", "stop", "n_vertices", "n_faces", "method", "verdict",
                                  "negative_directions", "symmetry_order")] + [
         ("difference_decrement", F64), ("all_negative_directions", I32), ("free_negative_directions", I32),
-        ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("reserved", I32),
+        ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("n_folded", I32),
         ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS),
         ("discretization_error", F64), ("clearance", F64), ("n_touching", I32), ("n_crossing_before", I32),
-        ("n_refused", I32), ("reserved_too", I32), ("spring_energy", F64)]
+        ("n_refused", I32), ("n_unfolded", I32), ("spring_energy", F64)]
 
 
 class Deviation(C.Structure):
@@ -184,6 +184,7 @@ SIGNATURES = {
     "curvopt_sampler_jets": (I32, [PTR, I32, PTR, PTR, PTR, PTR, PTR]),
     "curvopt_measure_deviation": (I32, [PTR, PTR, PTR, PTR, I32, PTR, PTR, SIZE, PTR, PTR]),
     "curvopt_find_crossings": (I32, [PTR, PTR, I32, PTR, I32, PTR, PTR, SIZE, PTR]),
+    "curvopt_find_folds": (I32, [PTR, PTR, PTR, PTR, PTR, PTR, PTR]),
     "curvopt_minimize": (I32, [PTR, PTR, PTR, PROGRESS_FN, PTR, PTR, PTR, PTR]),
     "curvopt_cancel_create": (I32, [PTR, PTR]),
     "curvopt_cancel_request": (None, [PTR]),
@@ -403,6 +404,15 @@ def deviation(mesh: Mesh, other: Mesh, threads: int = 0, boundary_rule: int = 0)
     call("curvopt_measure_deviation", one.pointer, _pointer(positions(mesh)), two.pointer, _pointer(positions(other)),
          threads, None, C.byref(out), C.sizeof(out), _pointer(distances))
     return out, distances
+
+
+def folds(mesh: Mesh, **fields) -> np.ndarray:
+    """curvopt_find_folds: the folded faces, ascending."""
+    handle, opts, folded = make_mesh(mesh), options("willmore", "auto", **fields), np.empty(mesh.n_faces, np.int32)
+    n = C.c_int32(-1)
+    call("curvopt_find_folds", handle.pointer, _pointer(positions(mesh)), C.byref(opts), None, _pointer(folded), C.byref(n))
+    assert n.value == folded.sum() and set(folded) <= {0, 1}
+    return np.flatnonzero(folded)
 
 
 def crossings(mesh: Mesh, threads: int = 0, room: int = 10000, boundary_rule: int = 0) -> Crossings:

@@ -388,6 +388,19 @@ def test_evaluations_can_be_cancelled_and_done_again(cube):
             assert (again.objective, again.area, again.volume) == (fresh.objective, fresh.area, fresh.volume)
 
 
+def test_folds_of_a_cube_with_two_corners_exchanged(cube):
+    assert len(curvopt.folds(cube)) == 0
+    fine = curvopt.refine(cube)
+    points = np.array(fine.positions)
+    first, second = (int(v) for v in fine.face_vertices[:3:2])
+    points[[first, second]] = points[[second, first]]
+    folded = curvopt.Cage(points, fine.face_sizes, fine.face_vertices)
+    assert 0 in curvopt.folds(folded)
+    found = curvopt.minimize(folded, levels=2)
+    assert found.summary.n_folded == len(curvopt.folds(folded)) and found.summary.n_unfolded > 0
+    assert found.summary.verification.verdict == "minimum"
+
+
 def test_crossings_of_two_cubes(cube):
     def pair(shift):
         n, sizes = len(cube.positions), np.tile(cube.face_sizes, 2)

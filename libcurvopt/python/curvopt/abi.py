@@ -240,12 +240,12 @@ class CSummary(C.Structure):
         ("difference_decrement", C.c_double),
         *((name, C.c_int32) for name in "all_negative_directions free_negative_directions n_held n_left_out".split()),
         ("curve_deviation", C.c_double),
-        *((name, C.c_int32) for name in "n_sliding reserved".split()),
+        *((name, C.c_int32) for name in "n_sliding n_folded".split()),
         ("multiplier", C.c_double * MAX_SCALARS),
         ("scalar_residual", C.c_double * MAX_SCALARS),
         ("discretization_error", C.c_double),
         ("clearance", C.c_double),
-        *((name, C.c_int32) for name in "n_touching n_crossing_before n_refused reserved_too".split()),
+        *((name, C.c_int32) for name in "n_touching n_crossing_before n_refused n_unfolded".split()),
         ("spring_energy", C.c_double),
     ]
 
@@ -328,6 +328,7 @@ SIGNATURES = {
         _I, (_HANDLE, REALS, _HANDLE, REALS, _I, _HANDLE, C.POINTER(CDeviation), _SIZE, REALS, _ERROR)
     ),
     "curvopt_find_crossings": (_I, (_HANDLE, REALS, _I, _HANDLE, _I, INTS, C.POINTER(CCrossings), _SIZE, _ERROR)),
+    "curvopt_find_folds": (_I, (_HANDLE, REALS, C.POINTER(COptions), _HANDLE, INTS, INTS, _ERROR)),
     "curvopt_stop_text": (C.c_char_p, (_I,)),
     "curvopt_verdict_text": (C.c_char_p, (_I,)),
     "curvopt_cancel_create": (_I, (_OUT, _ERROR)),

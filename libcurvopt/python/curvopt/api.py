@@ -25,6 +25,7 @@ from .library import minimize as _minimize
 from .measure import Crossings, Deviation
 from .measure import crossings as _crossings
 from .measure import deviation as _deviation
+from .measure import folds as _folds
 from .through import Chain, Through
 from .values import Cage, Creases, Energies, Exceptions, Held, LevelReport, Progress, Summary
 
@@ -373,6 +374,16 @@ def crossings(cage: Cage, *, threads: int = 0, cancel: Cancel | None = None) -> 
         return _crossings(mesh, cage.positions, threads, _flag(cancel))
 
 
+def folds(cage: Cage) -> np.ndarray:
+    """The faces, ascending, at which the limit surface of a cage is folded: at a point it has no tangent plane (a pinch
+    point), and energies of curvature are infinite. A vertex that was dragged over others folds a cage.
+
+    minimize() puts vertices of such faces between their neighbours first: `summary.n_unfolded`."""
+    lib = load()
+    with _Mesh.of_cage(lib, cage) as mesh:
+        return _folds(mesh, cage.positions, _options(lib, "willmore", "auto"))
+
+
 class Sampler:
     """Points of a cage's surface and their derivatives. A context manager; belongs to one thread at a time.
 
@@ -424,5 +435,5 @@ def library_version() -> str:
 
 __all__ = [
     "BOUNDARIES", "SURFACES", "SYMMETRIES", "TERMS", "Cage", "Cancel", "Chain", "Creases", "Crossings", "Deviation", "Minimum", "Problem",
-    "Sampler", "Through", "cage", "crossings", "deviation", "energies", "library_version", "minimize", "refine",
+    "Sampler", "Through", "cage", "crossings", "deviation", "energies", "folds", "library_version", "minimize", "refine",
 ]  # fmt: skip

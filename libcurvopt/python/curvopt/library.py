@@ -278,7 +278,7 @@ def _summary(
         raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
         raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
         dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)), raw.discretization_error,
-        raw.clearance, touching, raw.n_crossing_before, raw.n_refused, raw.spring_energy,
+        raw.clearance, touching, raw.n_crossing_before, raw.n_refused, raw.spring_energy, raw.n_folded, raw.n_unfolded,
     )  # fmt: skip
 
 

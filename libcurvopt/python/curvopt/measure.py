@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far two limit surfaces are apart, and where one crosses itself: curvopt_measure_deviation, curvopt_find_crossings."""
+"""How far two limit surfaces are apart, where one crosses itself and where it is folded: curvopt_measure_deviation,
+curvopt_find_crossings, curvopt_find_folds."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .abi import INTS, REALS, CCrossings, CDeviation
+from .abi import INTS, REALS, CCrossings, CDeviation, COptions
 from .library import Cancel, Mesh, reals
 
 
@@ -67,3 +68,14 @@ def crossings(mesh: Mesh, xyz: object, threads: int = 0, cancel: Cancel | None =
         cancel.pointer if cancel else None, most, pairs.ctypes.data_as(INTS), C.byref(raw), C.sizeof(raw),
     )  # fmt: skip
     return Crossings(pairs[: raw.n_listed].copy(), raw.n_pairs, raw.n_contacts, raw.n_unresolved, bool(raw.is_complete))
+
+
+def folds(mesh: Mesh, xyz: object, options: COptions, cancel: Cancel | None = None) -> np.ndarray:
+    """The faces, ascending, at which the limit surface of a cage is folded: at a point it has no tangent plane, and energies
+    of curvature are infinite. Of the options holes and strict count: faces that are left out are not looked at."""
+    points, folded = reals(xyz, 3 * mesh.info().n_vertices, "xyz"), np.zeros(mesh.info().n_faces, np.int32)
+    mesh.lib.call(
+        "curvopt_find_folds", mesh.pointer, points.ctypes.data_as(REALS), C.byref(options),
+        cancel.pointer if cancel else None, folded.ctypes.data_as(INTS), None,
+    )  # fmt: skip
+    return np.flatnonzero(folded)

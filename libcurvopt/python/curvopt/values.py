@@ -173,7 +173,10 @@ class Summary:
 
     With options.no_crossings: `touching`, pairs of faces (f, g) of the input cage by which the result is held; `clearance`,
     their least distance, NAN if there are none or without the option; `n_crossing_before` pairs of faces of the input cross, and still may;
-    `n_refused` steps were shortened because of a crossing."""
+    `n_refused` steps were shortened because of a crossing.
+
+    `n_folded` faces of the input cage were folded, where that was looked for (curvopt.folds); `n_unfolded` of its vertices
+    were put between their neighbours before the run began."""
 
     start: Energies
     end: Energies
@@ -195,3 +198,5 @@ class Summary:
     n_crossing_before: int = 0
     n_refused: int = 0
     spring_energy: float = 0.0
+    n_folded: int = 0
+    n_unfolded: int = 0

@@ -5,8 +5,10 @@
 #include "measure/correspondence.h"
 #include "measure/crossings.h"
 #include "measure/deviation.h"
+#include "energy/admissibility.h"
 #include "measure/location.h"
 #include "mesh/similarity.h"
+#include "surface/folds.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -182,6 +184,40 @@ static void list_crossings(const co_crossings *found, int32_t n_room, int32_t *p
             pairs[2 * (size_t)out->n_listed++ + 1] = pair->face[1];
         }
     }
+}
+
+int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                           const curvopt_cancel *cancel, int32_t *folded, int32_t *n_folded, curvopt_error *error) {
+    curvopt_options own;
+    co_exceptions exceptions = {0};
+    co_cancel flag;
+    int32_t n = 0;
+    if (!mesh || !xyz || !options)
+        return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : "options");
+    co_cancel_start_at_once(&flag, cancel);
+    const int32_t n_faces = mesh->info.n_faces;
+    uint8_t *left_out = CO_NEW(uint8_t, n_faces), *found = CO_NEW(uint8_t, n_faces);
+    int32_t status = left_out && found ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        status = co_api_take_options(options, &own, error);
+    if (status == CURVOPT_OK)
+        status = co_similarity_check(mesh->info.n_vertices, xyz, error);
+    if (status == CURVOPT_OK)
+        status = co_exceptions_find(mesh, xyz, &own, &exceptions, error);
+    for (int32_t f = 0; status == CURVOPT_OK && f < n_faces; f++)
+        left_out[f] = exceptions.face[f] >= 0;
+    if (status == CURVOPT_OK)
+        status = co_folds_find(mesh, xyz, left_out, &flag, found, &n, error);
+    if (status == CO_CANCELLED)
+        status = CURVOPT_OK;
+    for (int32_t f = 0; status == CURVOPT_OK && folded && f < n_faces; f++)
+        folded[f] = found[f];
+    if (status == CURVOPT_OK && n_folded)
+        *n_folded = n;
+    co_exceptions_free(&exceptions);
+    free(left_out);
+    free(found);
+    return status;
 }
 
 int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int32_t threads,

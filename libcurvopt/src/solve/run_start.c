@@ -18,6 +18,7 @@
 #include "solve/held_scalars.h"
 #include "solve/moving_level.h"
 #include "solve/strength.h"
+#include "solve/unfold.h"
 #include "surface/blend_disc_half.h"
 
 #include <math.h>
@@ -64,10 +65,10 @@ static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *as
 
 /* Figures of the present cage, with an assembly of their own: what they need of quadrature, the optimization does not.
  * At the start springs are weighed by it. */
-static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, curvopt_energies *out,
+static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, curvopt_energies *out, int *resolved,
                            curvopt_error *error) {
     co_assembly assembly;
-    int resolved, changed;
+    int changed;
     double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
     const uint8_t *left_out = r->constraints.left_out;
     double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
@@ -83,7 +84,7 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     assembly.leaves_out = left_out != NULL;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz,
                                             &(co_quadrature_goal){.tolerance = tolerance, .terms = CO_TERMS_REPORT},
-                                            out, &resolved, &changed, error);
+                                            out, resolved, &changed, error);
     if (status == CURVOPT_OK && !isfinite(out->objective) && co_run_context_is_cancelled(&r->context))
         status = CO_CANCELLED;
     if (status == CURVOPT_OK && is_start && !r->context.options->joshi_sequin)
@@ -97,13 +98,56 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
 }
 
 int32_t co_run_evaluate(co_run *r, curvopt_energies *out, curvopt_error *error) {
-    return report_cage(r, r->result->mesh, 0, out, error);
+    int resolved;
+    return report_cage(r, r->result->mesh, 0, out, &resolved, error);
 }
 
+/* Whether the run may begin with another cage than it was given. */
+static int may_unfold(const co_run *r) {
+    const curvopt_options *o = r->context.options;
+    return !o->joshi_sequin && !r->is_live && !co_strength_stays_near(o);
+}
+
+/* The run begins with the cage without its folds, if these can be undone: with its symmetries and its figures, which
+ * say how the energy falls. has_held: whether what is held of the input cage is known. */
+static int32_t begin_unfolded(co_run *r, const curvopt_mesh *mesh, int has_held, curvopt_error *error) {
+    curvopt_summary *summary = &r->result->summary;
+    const int32_t boundary = r->context.options->boundary;
+    co_unfolding found;
+    int resolved;
+    int32_t status = co_unfold(mesh, &r->constraints, boundary, &r->cancel, r->at.start, &found, error);
+    summary->n_folded = found.n_folded;
+    summary->n_unfolded = found.n_moved;
+    if (status != CURVOPT_OK || !found.n_moved)
+        return status;
+    if (co_given_constraints_move_cage(&r->constraints))
+        status = co_given_constraints_place(mesh, &r->constraints, boundary, r->at.start, error);
+    if (status == CURVOPT_OK && r->at.symmetry.order > 1) {
+        co_symmetry_free(&r->at.symmetry);
+        status = co_run_find_symmetry(r, mesh, r->at.start, error);
+    }
+    memcpy(r->at.xyz, r->at.start, 3 * sizeof *r->at.xyz * (size_t)mesh->info.n_vertices);
+    if (status == CURVOPT_OK)
+        status = report_cage(r, mesh, !has_held, &r->at.energies, &resolved, error);
+    r->start_energy = r->at.energies.objective;
+    return status;
+}
+
+/* The figures of the input cage. Where its folds make them infinite, the run begins without these. */
 static int32_t report_start(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     curvopt_energies *start = &r->result->start;
-    int32_t status = report_cage(r, mesh, 1, start, error);
+    curvopt_error refusal = {0}, *const said = error ? error : &refusal;
+    int resolved = 1;
+    int32_t status = report_cage(r, mesh, 1, start, &resolved, said);
     r->start_energy = start->objective;
+    if (!may_unfold(r) || (status == CURVOPT_OK && resolved) ||
+        (status != CURVOPT_OK && status != CURVOPT_ERROR_GEOMETRY && status != CURVOPT_ERROR_RESOLUTION))
+        return status;
+    refusal = *said;
+    const int32_t unfolded = begin_unfolded(r, mesh, status == CURVOPT_OK, said);
+    if (unfolded != CURVOPT_OK || r->result->summary.n_unfolded || status == CURVOPT_OK)
+        return unfolded;
+    *said = refusal;
     return status;
 }
 
@@ -257,13 +301,15 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
         status = find_structure(r, mesh, xyz, error);
     if (status == CURVOPT_OK && r->context.options->slide)
         status = co_sliding_create(mesh, xyz, &r->sliding, error);
+    if (status == CURVOPT_OK)
+        status = report_start(r, mesh, error);
     if (status == CURVOPT_OK && r->context.options->no_crossings) {
         status = co_no_crossings_create(mesh, xyz, r->at.start, r->threads, r->context.cancel, &r->no_crossings, error);
         r->no_crossings.exceptions.n_refused = &r->result->summary.n_refused;
         r->context.exceptions = &r->no_crossings.exceptions;
         r->result->summary.n_crossing_before = (int32_t)r->no_crossings.exceptions.pairs.n_crossing;
     }
-    return status == CURVOPT_OK ? report_start(r, mesh, error) : status;
+    return status;
 }
 
 void co_run_free_parts(co_run *r) {

@@ -1,0 +1,13 @@
+/* Vertices put between others, as a thin plate would lie. SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef CO_MESH_FILL_H
+#define CO_MESH_FILL_H
+
+#include "mesh/mesh.h"
+
+/* Moves the vertices of is_free [n_vertices] to where the sum of |x - mean of its neighbours|^2 over all vertices is
+ * least; the others stay. xyz [3 n_vertices]. This is the discrete thin plate of M. Botsch, L. Kobbelt, "An intuitive
+ * framework for real-time freeform modeling", ACM TOG 23(3), 2004, with uniform weights: those by lengths or angles
+ * are none where a cage is folded. By conjugate gradients, to 1e-10. ERROR_MEMORY. */
+int32_t co_mesh_fill(const curvopt_mesh *mesh, const uint8_t *is_free, double *xyz, curvopt_error *error);
+
+#endif
