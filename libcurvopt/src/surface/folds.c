@@ -14,8 +14,8 @@ enum { CELLS = 8, ACROSS = CELLS + 1, POINTS = ACROSS * ACROSS };
 enum { BETWEEN = 1024 }; /* patches between two looks at the flag */
 /* The outermost points lie this far inside a patch: at a pole there are no derivatives. */
 static const double MARGIN = 1e-3;
-/* Cosine that normals at a cell's corners have at least with their mean: .66 and more where 52 cages are not folded,
- * -.39 and less where they are (libcurvopt/notes/114-folded-cages.md). */
+/* Cosine that normals at a cell's corners have at least with their mean: .66 and more on 17 cages that are not folded,
+ * -.11 and less on 35 that are (libcurvopt/notes/114-folded-cages.md). */
 static const double LEAST_COSINE = 0.2;
 
 typedef struct search {
