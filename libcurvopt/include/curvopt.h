@@ -950,11 +950,12 @@ CURVOPT_API int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const doubl
  * tangent plane (a pinch point, Whitney's umbrella), and energies of curvature are infinite. A vertex that was
  * dragged over others, or two corners of a face that have changed places, can fold a cage. Faces that are left out of
  * energies (curvopt_exception) are not looked at.
- *   Of the options the holes and `strict` are read. cancel may be NULL; a cancelled search is OK, and has what it found.
- *   folded [n_faces]: 1 for each folded face, else 0; n_folded: how many; either may be NULL.
- * By normals at 81 points of each face, or of each part of it where a face is not regular: folds that are smaller are
- * not seen, and a face is marked, too, where such a point is less than an eighth of a face beyond its edge. ERROR_ARGUMENT as curvopt_mesh_find_exceptions, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY
- * (not finite, zero size), ERROR_MEMORY. */
+ *   Of the options the holes and `strict` are read. cancel may be NULL; a cancelled search is OK, and has what it
+ * found. folded [n_faces]: 1 for each folded face, else 0; n_folded: how many; either may be NULL. By normals at 81
+ * points of each face, or of each part of it where a face is not regular: folds that are smaller are not seen, and a
+ * face is marked, too, where such a point is less than an eighth of a face beyond its edge. ERROR_ARGUMENT as
+ * curvopt_mesh_find_exceptions, ERROR_TOPOLOGY (vertices of 16383 faces), ERROR_GEOMETRY (not finite, zero size),
+ * ERROR_MEMORY. */
 CURVOPT_API int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                        const curvopt_cancel *cancel, int32_t *folded, int32_t *n_folded,
                                        curvopt_error *error);
@@ -1074,7 +1075,7 @@ typedef struct curvopt_summary {
                                     are as close, and hold it (curvopt_result_get_touching) */
     int32_t n_crossing_before;   /* the same: pairs of faces of the input that cross, and which still may */
     int32_t n_refused;           /* the same: steps that were shortened because of a crossing */
-    int32_t n_unfolded;          /* vertices of the input cage that were put between their neighbours, for it is folded */
+    int32_t n_unfolded;   /* vertices of the input cage that were put between their neighbours, for it is folded */
     double spring_energy; /* what springs add to the objective at the result: of weights below 1 of constraints and
                              of what the surface goes through, of a strength below 1, and the barrier of
                              `within`. In no reported energy. 0 without any */

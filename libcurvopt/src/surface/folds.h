@@ -14,8 +14,8 @@
 
 /* Marks folded faces of the limit surface at xyz [3 n_vertices], in folded [n_faces]; *n: how many. Faces that left_out
  * [n_faces] has (NULL: none) are not looked at. Each patch is cut into 8 x 8 cells; a face is folded where the normals
- * at a cell's corners are in no common half space, by a margin: also where such a point is close beyond its edge. ERROR_TOPOLOGY as co_patches_create, ERROR_MEMORY,
- * CO_CANCELLED. */
+ * at a cell's corners are in no common half space, by a margin: also where such a point is close beyond its edge.
+ * ERROR_TOPOLOGY as co_patches_create, ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_folds_find(const curvopt_mesh *mesh, const double *xyz, const uint8_t *left_out, co_cancel *cancel,
                       uint8_t *folded, int32_t *n, curvopt_error *error);
 
