@@ -1139,8 +1139,9 @@ typedef struct curvopt_solver curvopt_solver;
  * read. The symmetries AUTO are those of KEEP. Of a cage of several pieces those in which nothing is held or drawn, if
  * there are others, stay as they are and are left out of the energy, unless a scalar rule VALUE or REDUCED ties pieces
  * together. What refers to the input (strength, scalars to KEEP, places that are NAN, springs, half discs of
- * POLYNOMIAL) refers to this xyz as long as the solver lives. Nothing is solved yet. Errors as curvopt_minimize;
- * ERROR_UNSUPPORTED: joshi_sequin, LMVM or slide. */
+ * POLYNOMIAL) refers to this xyz as long as the solver lives. A folded cage is unfolded as by curvopt_minimize, and the
+ * solver stands there. Nothing is solved yet. Errors as curvopt_minimize; ERROR_UNSUPPORTED: joshi_sequin, LMVM or
+ * slide. */
 CURVOPT_API int32_t curvopt_solver_create(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                           curvopt_solver **out, curvopt_error *error);
 CURVOPT_API void curvopt_solver_destroy(curvopt_solver *solver);

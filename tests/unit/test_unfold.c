@@ -235,6 +235,37 @@ static void test_a_run(void **state) {
     cage_free(&c);
 }
 
+/* A solver that stays stands at the unfolded cage, also when it goes back to where it was created. */
+static void test_a_solver(void **state) {
+    (void)state;
+    cage c = folded_torus();
+    curvopt_mesh *m = cage_mesh(&c);
+    double *xyz = malloc(3 * sizeof *xyz * (size_t)c.n_vertices);
+    curvopt_options o;
+    curvopt_solver *solver;
+    curvopt_summary s;
+    curvopt_energies end;
+    curvopt_error error;
+    curvopt_options_init(&o, sizeof o);
+    CHECK_OK(curvopt_solver_create(m, c.xyz, &o, &solver, &error), &error);
+    for (int k = 0; k < 2; k++) {
+        curvopt_solver_get_positions(solver, xyz);
+        CHECK_INT(count_folds(m, xyz, NULL), 0);
+        for (int32_t v = 0; v < c.n_vertices; v++)
+            CHECK_INT(memcmp(xyz + 3 * v, c.xyz + 3 * v, 3 * sizeof *xyz) != 0, v == A || v == B);
+        CHECK_OK(curvopt_solver_solve(solver, 1, NULL, NULL, NULL, &error), &error);
+        curvopt_solver_get_summary(solver, &s, sizeof s);
+        curvopt_solver_get_energies(solver, NULL, &end, sizeof end);
+        CHECK_INT(s.verdict, CURVOPT_VERDICT_MINIMUM);
+        CHECK_NEAR(end.objective, 8 * CO_PI * CO_PI, 0.1);
+        CHECK_OK(curvopt_solver_set_positions(solver, NULL, &error), &error);
+    }
+    curvopt_solver_destroy(solver);
+    free(xyz);
+    curvopt_mesh_destroy(m);
+    cage_free(&c);
+}
+
 /* What the exported function says, and refuses. */
 static void test_find_folds(void **state) {
     (void)state;
@@ -281,6 +312,7 @@ int main(void) {
         cmocka_unit_test(test_what_moves),
         cmocka_unit_test(test_what_cannot_be_unfolded),
         cmocka_unit_test(test_a_run),
+        cmocka_unit_test(test_a_solver),
         cmocka_unit_test(test_find_folds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -92,7 +92,8 @@ static int32_t make_run(curvopt_solver *s, co_run **out, curvopt_error *error) {
     r->is_live = 1;
     int32_t status = co_run_start(r, s->mesh, s->first, error);
     if (status == CURVOPT_OK) {
-        memcpy(r->at.start, s->first, 3 * sizeof *s->first * (size_t)s->mesh->info.n_vertices);
+        if (!r->result->summary.n_unfolded)
+            memcpy(r->at.start, s->first, 3 * sizeof *s->first * (size_t)s->mesh->info.n_vertices);
         status = co_run_take_shape(r, error);
     }
     if (status != CURVOPT_OK) {
@@ -205,9 +206,10 @@ int32_t co_live_create(const curvopt_mesh *mesh, const double *xyz, const curvop
         status = co_thread_pool_create(options->threads, &s->threads, error);
     if (status == CURVOPT_OK) {
         memcpy(s->first, xyz, n * sizeof *xyz);
-        memcpy(s->xyz, xyz, n * sizeof *xyz);
         status = co_live_set_options(s, options, error);
     }
+    if (status == CURVOPT_OK)
+        memcpy(s->xyz, s->run->at.start, n * sizeof *xyz);
     if (status != CURVOPT_OK) {
         co_live_destroy(s);
         *out = NULL;
@@ -307,7 +309,7 @@ int32_t co_live_set_positions(curvopt_solver *s, const double *xyz, curvopt_erro
     co_live_forget_levels(s);
     destroy_run(s->run);
     s->run = run;
-    memcpy(s->xyz, xyz ? xyz : s->first, 3 * sizeof *s->xyz * (size_t)s->mesh->info.n_vertices);
+    memcpy(s->xyz, xyz ? xyz : run->at.start, 3 * sizeof *s->xyz * (size_t)s->mesh->info.n_vertices);
     return CURVOPT_OK;
 }
 

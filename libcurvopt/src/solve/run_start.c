@@ -105,7 +105,7 @@ int32_t co_run_evaluate(co_run *r, curvopt_energies *out, curvopt_error *error) 
 /* Whether the run may begin with another cage than it was given. */
 static int may_unfold(const co_run *r) {
     const curvopt_options *o = r->context.options;
-    return !o->joshi_sequin && !r->is_live && !co_strength_stays_near(o);
+    return !o->joshi_sequin && !co_strength_stays_near(o);
 }
 
 /* The run begins with the cage without its folds, if these can be undone: with its symmetries and its figures, which
