@@ -17,7 +17,7 @@ import numpy as np
 from ..binding import library, measure
 from ..binding.abi import BOUNDARIES, DEFAULTS, SURFACES, SYMMETRIES, COptions
 from ..binding.through import Chain, Through
-from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Verification
+from ..binding.values import Cage, Energies, Exceptions, Held, LevelReport, Progress, Summary, Verification
 from .crop import Crop
 from .energy import label_of, weights_of
 from .memory import Guard, check_cage
@@ -242,14 +242,13 @@ def _solve(
             deviation = crossings = None
             if summary.stop != "cancelled":
                 deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
-            folded = measure.folds(mesh, cage.positions, options).tolist() if summary.n_folded else ()
             path = recorder.path(mesh, final.positions) if recorder is not None else ()
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
                 summary.discretization_error, summary.clearance, summary.touching, summary.n_crossing_before,
-                tuple(folded), summary.n_unfolded, path,
+                folded_faces(mesh, cage, summary, options), summary.n_unfolded, path,
             )  # fmt: skip
 
 
@@ -262,6 +261,11 @@ def measured(
     if np.isnan(deviation.rms) or not crossings.is_complete:
         return None, None
     return deviation, crossings
+
+
+def folded_faces(mesh: library.Mesh, cage: Cage, summary: Summary, options: COptions) -> tuple[int, ...]:
+    """The faces for which a run's first cage was found to be folded; none if that was not looked for."""
+    return tuple(measure.folds(mesh, cage.positions, options).tolist()) if summary.n_folded else ()
 
 
 def options_of(lib: library.Library, request: Request) -> COptions:

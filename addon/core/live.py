@@ -16,7 +16,7 @@ import numpy as np
 
 from ..binding import library
 from ..binding.values import Cage, LevelReport, Summary
-from .job import Request, Solution, measured, options_of
+from .job import Request, Solution, folded_faces, measured, options_of
 from .memory import check_cage
 from .record import Recorder
 from .snapshot import Snapshot, Watcher
@@ -288,11 +288,13 @@ class Live:
         xyz, summary, report = self._found
         final = replace(self.cage, positions=xyz)
         deviation, crossings = measured(mesh, self.cage, mesh, final, self._flag)
-        exceptions = mesh.exceptions(self.cage.positions, _options(lib, aim))
+        options = _options(lib, aim)
+        exceptions = mesh.exceptions(self.cage.positions, options)
         return Solution(
             final, self.cage.positions, summary.start, summary.end, mesh.info().euler, summary.stop, summary.verification,
             summary.seconds, (report,), summary.symmetry_order, exceptions, 0, deviation, crossings,
-            summary.multipliers, summary.scalar_residuals, path=self.recorder.path(mesh, xyz),
+            summary.multipliers, summary.scalar_residuals, folded=folded_faces(mesh, self.cage, summary, options),
+            n_unfolded=summary.n_unfolded, path=self.recorder.path(mesh, xyz),
         )  # fmt: skip
 
 

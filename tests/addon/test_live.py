@@ -13,6 +13,7 @@ from addon.binding.values import Cage, Held
 from addon.core import job, live, messages
 
 PINS = np.array([0, 9, 18, 27])
+FOLDED = 20  # a face that has none of these
 
 
 def shaken_torus(noise: float = 0.05) -> Cage:
@@ -350,6 +351,21 @@ def test_finishing_settles_and_measures(session):
     assert np.array_equal(found.cage.positions[PINS], places) and np.array_equal(found.start_positions, cage.positions)
     assert found.deviation.bound >= found.deviation.max > 0.01 and found.crossings is not None
     assert messages.solution_text(request, found).startswith("Willmore ")
+
+
+def test_a_folded_cage_is_unfolded(session):
+    """A vertex that was dragged over its neighbours; what is held is elsewhere."""
+    cage = shaken_torus()
+    points, (a, b, _, d) = cage.positions.copy(), cage.face_vertices[4 * FOLDED : 4 * FOLDED + 4]
+    points[a] += 3.5 * (points[b] - points[a]) + 0.3 * (points[d] - points[a])
+    folded = dataclasses.replace(cage, positions=points)
+    one = session(folded, request_of(folded), points[PINS])
+    wait(lambda: one.is_settled)
+    one.finish()
+    wait(lambda: not one.running)
+    found = one.solution
+    assert one.error is None and found.verification.verdict == "minimum" and found.n_unfolded > 0
+    assert messages.folds_text(found).startswith(f"The original is folded (face {found.folded[0]}")
 
 
 def test_the_way_that_was_shown_is_the_path(session):
