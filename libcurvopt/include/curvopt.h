@@ -1104,7 +1104,8 @@ CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const do
  *   A cage that is folded (curvopt_find_folds), so that its energies cannot be resolved, is unfolded first: vertices of
  * folded faces, and more round them as far as need be, are put between the others, as a thin plate would lie there
  * (summary.n_unfolded). Held vertices stay. Not with joshi_sequin, a strength below 1 or `within`; and not where that
- * leaves folds: then the run begins as it is given. */
+ * leaves folds: then the run begins as it is given. A run that ends UNRESOLVED and higher than its input has the input
+ * as its result, subdivided as often, unless places or numbers are held. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);

@@ -235,6 +235,45 @@ static void test_a_run(void **state) {
     cage_free(&c);
 }
 
+/* A run that cannot be resolved does not end above its input: that is the result then, subdivided as often. */
+static void test_what_is_lost_is_taken_back(void **state) {
+    (void)state;
+    int n_taken = 0;
+    for (uint64_t seed = 3; seed <= 4; seed++) { /* unfolded, and not */
+        cage c = cage_torus(8, 4, 1, 0.3);
+        cage_perturb(&c, 0.5, seed);
+        curvopt_mesh *m = cage_mesh(&c), *fine;
+        curvopt_options o;
+        curvopt_result *result;
+        curvopt_summary s;
+        curvopt_energies start, end;
+        curvopt_error error;
+        curvopt_options_init(&o, sizeof o);
+        o.levels = 2;
+        CHECK_OK(curvopt_minimize(m, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
+        curvopt_result_get_summary(result, &s, sizeof s);
+        curvopt_result_get_energies(result, &start, &end, sizeof start);
+        CHECK_TRUE(end.objective <= start.objective);
+        double *expected = malloc(3 * sizeof *expected * (size_t)s.n_vertices);
+        double *got = malloc(3 * sizeof *got * (size_t)s.n_vertices);
+        if (s.stop == CURVOPT_STOP_UNRESOLVED && end.objective == start.objective) {
+            n_taken++;
+            CHECK_INT(s.verdict, CURVOPT_VERDICT_UNKNOWN);
+            CHECK_INT(s.n_levels, 2);
+            CHECK_OK(curvopt_mesh_refine(m, c.xyz, &fine, expected, &error), &error);
+            curvopt_result_get_positions(result, got);
+            CHECK_INT(memcmp(got, expected, 3 * sizeof *got * (size_t)s.n_vertices), 0);
+            curvopt_mesh_destroy(fine);
+        }
+        free(expected);
+        free(got);
+        curvopt_result_destroy(result);
+        curvopt_mesh_destroy(m);
+        cage_free(&c);
+    }
+    CHECK_INT(n_taken, 1);
+}
+
 /* A solver that stays stands at the unfolded cage, also when it goes back to where it was created. */
 static void test_a_solver(void **state) {
     (void)state;
@@ -312,6 +351,7 @@ int main(void) {
         cmocka_unit_test(test_what_moves),
         cmocka_unit_test(test_what_cannot_be_unfolded),
         cmocka_unit_test(test_a_run),
+        cmocka_unit_test(test_what_is_lost_is_taken_back),
         cmocka_unit_test(test_a_solver),
         cmocka_unit_test(test_find_folds),
     };

@@ -5,6 +5,8 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "mesh/subdivide.h"
+#include "mesh/submesh.h"
 #include "solve/component_options.h"
 #include "solve/component_runs.h"
 #include "solve/run_level.h"
@@ -12,6 +14,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A run that was cancelled before the figures of the input cage were known has that cage as its result. */
 static void end_at_start(co_run *r) {
@@ -44,6 +47,55 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+/* Whether a run that could not be resolved ended above its start, which nothing moves to another place. */
+static int has_lost(const co_run *r) {
+    const curvopt_result *result = r->result;
+    const curvopt_options *o = r->context.options;
+    const int moves = o->through || (o->constraints && o->constraints->has_places) || r->held.n;
+    return result->summary.stop == CURVOPT_STOP_UNRESOLVED && !moves &&
+           !(result->end.objective <= result->start.objective);
+}
+
+/* The result becomes the input, subdivided as often. */
+static int32_t take_back(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    curvopt_result *result = r->result;
+    curvopt_summary *summary = &result->summary;
+    curvopt_mesh *now = NULL;
+    double *at = CO_NEW(double, 3 * (size_t)mesh->info.n_vertices);
+    int32_t status = at ? co_submesh_copy(mesh, &now, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK)
+        memcpy(at, xyz, 3 * sizeof *at * (size_t)mesh->info.n_vertices);
+    for (int32_t k = 1; status == CURVOPT_OK && k < summary->n_levels; k++) {
+        curvopt_mesh *fine = NULL;
+        co_sparse_rows rows = {0};
+        double *fine_xyz = NULL;
+        status = co_subdivide_cage(now, at, &fine, &rows, &fine_xyz, error);
+        co_sparse_rows_free(&rows);
+        if (status == CURVOPT_OK) {
+            co_mesh_destroy(now);
+            free(at);
+            now = fine;
+            at = fine_xyz;
+        }
+    }
+    co_mesh_destroy(now);
+    if (status != CURVOPT_OK) {
+        free(at);
+        return status;
+    }
+    free(r->at.xyz);
+    r->at.xyz = at;
+    result->end = result->start;
+    summary->newton_decrement = summary->shape_decrement = summary->difference_decrement = (double)NAN;
+    summary->verdict = CURVOPT_VERDICT_UNKNOWN;
+    summary->negative_directions = summary->all_negative_directions = summary->free_negative_directions = -1;
+    summary->discretization_error = (double)NAN;
+    summary->clearance = (double)NAN;
+    summary->n_unfolded = summary->n_touching = 0;
+    summary->spring_energy = summary->curve_deviation = 0;
+    return CURVOPT_OK;
+}
+
 int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                const co_tuning *tuning, curvopt_progress_fn progress, void *user,
                                const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error) {
@@ -64,6 +116,8 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
         status = co_component_runs_minimize(&r, xyz, &has_run, error);
     if (status == CURVOPT_OK && !has_run)
         status = run_levels(&r, error);
+    if (status == CURVOPT_OK && !has_run && has_lost(&r))
+        status = take_back(&r, mesh, xyz, error);
     if (status == CO_CANCELLED) {
         end_at_start(&r);
         status = CURVOPT_OK;
