@@ -90,7 +90,7 @@ static double bending(const curvopt_mesh *m, const double *xyz) {
     return sum;
 }
 
-/* Any move of a free vertex raises the sum by the square of its length at most, and by no less than 0. */
+/* At the least sum its slope is 0, and a move of any free vertex raises it by half to three times the move's square. */
 static void test_a_plate_bends_least(void **state) {
     (void)state;
     cage c = cage_refined(cage_cube(), 2);
@@ -135,8 +135,7 @@ static void unfold(const curvopt_mesh *m, const co_constraints *constraints, dou
 static void test_what_moves(void **state) {
     (void)state;
     for (int held = 0; held < 3; held++) {
-        const cage torus = cage_torus(AROUND, TUBE, 1, 0.5);
-        cage c = folded_torus(), start = folded_torus(), true_one = torus;
+        cage c = folded_torus(), start = folded_torus(), true_one = cage_torus(AROUND, TUBE, 1, 0.5);
         curvopt_mesh *m = cage_mesh(&c);
         co_constraints constraints = {0};
         co_unfolding found;
@@ -201,6 +200,22 @@ static int32_t keep_first(const curvopt_progress *p, void *user) {
     return 0;
 }
 
+/* A run, its summary and its energies. */
+typedef struct run {
+    curvopt_result *result;
+    curvopt_summary summary;
+    curvopt_energies start, end;
+} run;
+
+static run run_of(const curvopt_mesh *m, const double *xyz, const curvopt_options *o, double *first) {
+    run r;
+    curvopt_error error;
+    CHECK_OK(curvopt_minimize(m, xyz, o, first ? keep_first : NULL, first, NULL, &r.result, &error), &error);
+    curvopt_result_get_summary(r.result, &r.summary, sizeof r.summary);
+    curvopt_result_get_energies(r.result, &r.start, &r.end, sizeof r.start);
+    return r;
+}
+
 /* A run begins with the unfolded cage, and ends where the torus does; one that stays near its input does not. */
 static void test_a_run(void **state) {
     (void)state;
@@ -209,26 +224,20 @@ static void test_a_run(void **state) {
     double *first = malloc(3 * sizeof *first * (size_t)c.n_vertices);
     for (int near = 0; near < 2; near++) {
         curvopt_options o;
-        curvopt_result *result;
-        curvopt_summary s;
-        curvopt_energies start, end;
-        curvopt_error error;
         curvopt_options_init(&o, sizeof o);
         o.levels = 1;
         o.max_iterations = near ? 3 : o.max_iterations;
         o.within = near ? 0.01 : 0;
-        CHECK_OK(curvopt_minimize(m, c.xyz, &o, keep_first, first, NULL, &result, &error), &error);
-        curvopt_result_get_summary(result, &s, sizeof s);
-        curvopt_result_get_energies(result, &start, &end, sizeof start);
-        CHECK_INT(s.n_folded, near ? 0 : 2);
-        CHECK_INT(s.n_unfolded, near ? 0 : 2);
-        CHECK_TRUE(start.objective_error > 0.01 * start.objective);
+        const run r = run_of(m, c.xyz, &o, first);
+        CHECK_INT(r.summary.n_folded, near ? 0 : 2);
+        CHECK_INT(r.summary.n_unfolded, near ? 0 : 2);
+        CHECK_TRUE(r.start.objective_error > 0.01 * r.start.objective);
         if (!near) {
-            CHECK_INT(s.verdict, CURVOPT_VERDICT_MINIMUM);
-            CHECK_NEAR(end.objective, 8 * CO_PI * CO_PI, 0.1);
+            CHECK_INT(r.summary.verdict, CURVOPT_VERDICT_MINIMUM);
+            CHECK_NEAR(r.end.objective, 8 * CO_PI * CO_PI, 0.1);
             CHECK_INT(count_folds(m, first, NULL), 0);
         }
-        curvopt_result_destroy(result);
+        curvopt_result_destroy(r.result);
     }
     free(first);
     curvopt_mesh_destroy(m);
@@ -244,30 +253,25 @@ static void test_what_is_lost_is_taken_back(void **state) {
         cage_perturb(&c, 0.5, seed);
         curvopt_mesh *m = cage_mesh(&c), *fine;
         curvopt_options o;
-        curvopt_result *result;
-        curvopt_summary s;
-        curvopt_energies start, end;
         curvopt_error error;
         curvopt_options_init(&o, sizeof o);
         o.levels = 2;
-        CHECK_OK(curvopt_minimize(m, c.xyz, &o, NULL, NULL, NULL, &result, &error), &error);
-        curvopt_result_get_summary(result, &s, sizeof s);
-        curvopt_result_get_energies(result, &start, &end, sizeof start);
-        CHECK_TRUE(end.objective <= start.objective);
-        double *expected = malloc(3 * sizeof *expected * (size_t)s.n_vertices);
-        double *got = malloc(3 * sizeof *got * (size_t)s.n_vertices);
-        if (s.stop == CURVOPT_STOP_UNRESOLVED && end.objective == start.objective) {
+        const run r = run_of(m, c.xyz, &o, NULL);
+        CHECK_TRUE(r.end.objective <= r.start.objective);
+        const size_t n = 3 * (size_t)r.summary.n_vertices;
+        double *expected = malloc(n * sizeof *expected), *got = malloc(n * sizeof *got);
+        if (r.summary.stop == CURVOPT_STOP_UNRESOLVED && r.end.objective == r.start.objective) {
             n_taken++;
-            CHECK_INT(s.verdict, CURVOPT_VERDICT_UNKNOWN);
-            CHECK_INT(s.n_levels, 2);
+            CHECK_INT(r.summary.verdict, CURVOPT_VERDICT_UNKNOWN);
+            CHECK_INT(r.summary.n_levels, 2);
             CHECK_OK(curvopt_mesh_refine(m, c.xyz, &fine, expected, &error), &error);
-            curvopt_result_get_positions(result, got);
-            CHECK_INT(memcmp(got, expected, 3 * sizeof *got * (size_t)s.n_vertices), 0);
+            curvopt_result_get_positions(r.result, got);
+            CHECK_INT(memcmp(got, expected, n * sizeof *got), 0);
             curvopt_mesh_destroy(fine);
         }
         free(expected);
         free(got);
-        curvopt_result_destroy(result);
+        curvopt_result_destroy(r.result);
         curvopt_mesh_destroy(m);
         cage_free(&c);
     }
