@@ -5,7 +5,7 @@ surface: on tori, which are regular, by OpenSubdiv, on the sphere of the surface
 over up to 8 faces at poles, by the library's sampler. With CURVOPT_LONG=1 also CPU time against the same run without frames. By default 12 frames on
 the cyclide, on three levels; with CURVOPT_LONG=1 all, on five.
 
-    CURVOPT_LONG=1 python3 -m pytest -s tests/numeric/test_frames_orders.py      # 15 campaigns, some seven hours of CPU time"""
+    CURVOPT_LONG=1 python3 -m pytest -s tests/numeric/test_frames_orders.py      # 15 campaigns, some five and a half hours of CPU time"""
 from __future__ import annotations
 
 import time
@@ -143,4 +143,5 @@ def test_minimizers_through_frames_tend_to_the_surface(shape, count, capsys):
         if spent:
             print(f"    CPU time over that without frames {' '.join(f'{x:.2f}' for x in spent)}")
     order = -np.polyfit(np.arange(LEVELS), np.log2(rows), 1)[0]  # over all levels: two, and what errors of one level do beside it
-    assert 1.3 < order[0] < 3.5 and 1.4 < order[1] < 2.8 and 1.8 < order[2] < 3
+    least = (1.3, 1.4) if count == 6 else (1.5, 1.7)  # the net's own energy moves what so few hold loosely
+    assert least[0] < order[0] < 3.5 and least[1] < order[1] < 2.8 and 1.8 < order[2] < 3
