@@ -216,9 +216,9 @@ def test_volume_stays_by_opensubdiv(seed, kind):
 
 
 def test_multiplier_is_the_slope_of_the_least_energy():
-    """Of Willmore's energy with four pins, by volume and by area, against differences of minima."""
+    """Of Willmore's energy with seven pins, by volume and by area, against differences of minima."""
     mesh = torus_cage(8, 6, 0.45)
-    pins = lib.constraints([0, 11, 22, 40])
+    pins = lib.constraints([0, 5, 11, 16, 22, 29, 40])  # with four, nearly nothing holds the size: no slope to speak of
     start = lib.minimize(mesh, levels=1, constraints=pins, max_iterations=0).summary.start
     for name, number in (("volume", 1.2 * start.volume), ("area", 1.2 * start.area),
                          ("total_mean_curvature", 1.1 * start.total_mean_curvature)):

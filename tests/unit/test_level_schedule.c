@@ -21,7 +21,7 @@ static void test_which_stages_there_are(void **state) {
         f.is_near = bits >> 4 & 1;
         f.stops_short = bits >> 5 & 1;
         co_level_schedule s = co_level_schedule_make(&f, &co_tuning_defaults);
-        CHECK_INT(s.forms, !f.is_final && !f.is_on_normals && !f.is_near);
+        CHECK_INT(s.forms, !f.is_on_normals && !f.is_near);
         CHECK_INT(s.settles, f.is_near ? f.stops_short : (f.is_final || f.is_last) && !f.is_on_normals);
         CHECK_INT(s.ends, f.has_hessian && f.is_final && !f.stops_short);
     }

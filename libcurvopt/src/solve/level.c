@@ -303,10 +303,10 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return status;
 }
 
-/* Rules that are good enough for a result; the iterate is held against them. */
+/* Rules that are good enough for a result, or for what comes before it; the iterate is held against them. */
 static int32_t refine(void *context, curvopt_error *error) {
     co_level *l = context;
-    const double wanted = l->objective.run->tuning->working_factor * l->tolerance;
+    const double wanted = (l->is_final ? 1 : l->objective.run->tuning->working_factor) * l->tolerance;
     co_step_verdict verdict;
     if (!(wanted < l->working_tolerance))
         return CURVOPT_OK;
@@ -420,7 +420,9 @@ static int finds_result(const co_run_context *run, co_motion motion, int32_t num
 
 static double working_factor_of(const co_level *l) {
     const co_tuning *t = l->objective.run->tuning;
-    return l->is_final ? 1 : l->objective.assembly.functional.has_third ? t->working_third : t->working_factor;
+    return l->motion == CO_MOTION_NORMALS               ? 1
+           : l->objective.assembly.functional.has_third ? t->working_third
+                                                        : t->working_factor;
 }
 
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,

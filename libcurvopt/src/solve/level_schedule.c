@@ -15,7 +15,7 @@ static void start_near(const co_level_facts *f, co_level_schedule *s) {
 co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tuning *t) {
     const double tolerance = f->decrement_tolerance;
     co_level_schedule s = {
-        .forms = !f->is_near && !f->is_final && !f->is_on_normals,
+        .forms = !f->is_near && !f->is_on_normals,
         .settles = f->is_near ? f->stops_short : !f->is_on_normals && (f->is_last || f->is_final),
         .ends = f->has_hessian && f->is_final && !f->stops_short,
         .options = {.tuning = t,
