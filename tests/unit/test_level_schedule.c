@@ -196,9 +196,9 @@ static void test_newton_goes_on_while_not_stationary(void **state) {
     (void)state;
     co_level_facts f = usual;
     f.is_last = f.is_final = 1;
-    PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(SETTLED, 15, 40), .left = 1e-3}, {ENDS(SETTLED, 9, 39)},
-         {ENDS(SETTLED, 4, 30), .left = 1e-8});
-    assert_string_equal(s.log, "FLNRDLNRD");
+    PLAY(&f, end, s, {ENDS(SETTLED, 6, 60)}, {ENDS(SETTLED, 1, 50)}, {ENDS(SETTLED, 15, 40), .left = 1e-3},
+         {ENDS(SETTLED, 9, 39)}, {ENDS(SETTLED, 4, 30), .left = 1e-8});
+    assert_string_equal(s.log, "LFLNRDLNRD");
     CHECK_INT(end.stop, SETTLED);
 }
 
@@ -206,9 +206,9 @@ static void test_newton_by_finer_rules(void **state) {
     (void)state;
     co_level_facts f = usual;
     f.is_last = f.is_final = 1;
-    PLAY(&f, end, s, {ENDS(SETTLED, 1, 50)}, {ENDS(CONVERGED, 15, 40), .verdict = CO_STEP_CHANGED},
-         {ENDS(CONVERGED, 4, 39)});
-    assert_string_equal(s.log, "FLNRNR");
+    PLAY(&f, end, s, {ENDS(SETTLED, 6, 60)}, {ENDS(SETTLED, 1, 50)},
+         {ENDS(CONVERGED, 15, 40), .verdict = CO_STEP_CHANGED}, {ENDS(CONVERGED, 4, 39)});
+    assert_string_equal(s.log, "LFLNRNR");
     CHECK_INT(end.stop, CONVERGED);
 }
 
@@ -217,8 +217,8 @@ static void test_rounds_are_limited(void **state) {
     (void)state;
     co_level_facts f = usual;
     f.is_last = f.is_final = 1;
-    stage stages[20] = {{ENDS(SETTLED, 1, 50)}};
-    int n = 1;
+    stage stages[20] = {{ENDS(SETTLED, 6, 60)}, {ENDS(SETTLED, 1, 50)}};
+    int n = 2;
     for (int round = 0; round <= CO_LEVEL_SCHEDULE_ROUNDS; round++) {
         stages[n++] = (stage){ENDS(SETTLED, 3, 40), .left = 1};
         if (round < CO_LEVEL_SCHEDULE_ROUNDS)
