@@ -315,7 +315,7 @@ CURVOPT_API const char *curvopt_boundary_name(int32_t boundary);
 CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
 
 /* How the vertices of the cage lie in its surface.
- *   AUTO  EVEN; FREE with LMVM, and where strength is below 1 or within positive
+ *   AUTO  EVEN; FREE with LMVM, and where strength is below 1
  *   EVEN  evenly spaced: until the shape stands that is worth a part of the objective (a hundredth, a thousandth
  *         for third-order terms, and less from level to level). Then only the shape changes, by the objective
  *         alone: vertices move along normals, on free boundaries and creases across these. The verdict is on that
@@ -648,8 +648,8 @@ typedef struct curvopt_options {
      * was, in the units of the positions; on finer levels from where subdivision puts it, but for single vertices that
      * constraints hold where they were. By a logarithmic barrier that
      * is worth a few hundredths of the energy: the result is the objective's minimum within the distance but for that.
-     * Spacing and symmetry are chosen as with a strength below 1, and the barrier is in decrements and verdicts, not in
-     * energies, like springs. Refused with constraints that have places, or whose weight is below 1 and which leave
+     * Symmetry is chosen as with a strength below 1, and the barrier is in decrements and verdicts, not in energies,
+     * like springs. Refused with constraints that have places, or whose weight is below 1 and which leave
      * directions free. 0: no limit. 0 or more, finite, default 0. */
     double within;
     /* c0, in 1 / units of the cage: the bending energy is Helfrich's. WILLMORE then counts in the objective as

@@ -121,7 +121,8 @@ def test_faces_that_change_are_those_whose_limit_surface_does(vertices):
     assert np.array_equal(rims.changing_faces(cage, free), differ)
 
 
-FREELY = {"spacing": 2}  # curvopt_spacing: else the mean edge, which is that of faces that count, has a part in it
+# curvopt_spacing: else the mean edge, which is that of faces that count, has a part in it; and less than the rules differ by
+FREELY = {"spacing": 2, "tolerance": 1e-6}
 
 
 def run(cage, free, whole=False, energy="willmore", strength=1.0):
@@ -144,7 +145,7 @@ def test_a_run_with_holes_ends_where_one_with_pins_does():
     cage, free = rough_torus(0.05)
     rough, part, whole = cage.positions, run(cage, free), run(cage, free, whole=True)
     assert np.array_equal((part.cage.positions != rough).any(axis=1), free)
-    assert part.start.objective - part.end.objective == pytest.approx(whole.start.objective - whole.end.objective, 1e-3)
+    assert part.start.objective - part.end.objective == pytest.approx(whole.start.objective - whole.end.objective, 1e-4)
     assert part.start.objective < 0.8 * whole.start.objective
     assert part.exceptions.n_held == part.exceptions.n_left_out == 0
 
