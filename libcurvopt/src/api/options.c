@@ -202,9 +202,8 @@ static void resolve_auto(curvopt_options *o) {
     if (o->method == CURVOPT_METHOD_AUTO)
         o->method = o->joshi_sequin ? CURVOPT_METHOD_LMVM : CURVOPT_METHOD_GAUSS_NEWTON;
     if (o->spacing == CURVOPT_SPACING_AUTO)
-        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin || o->strength < 1
-                         ? CURVOPT_SPACING_FREE
-                         : CURVOPT_SPACING_EVEN;
+        o->spacing = o->method == CURVOPT_METHOD_LMVM || o->joshi_sequin || o->strength < 1 ? CURVOPT_SPACING_FREE
+                                                                                            : CURVOPT_SPACING_EVEN;
     if (o->method == CURVOPT_METHOD_LMVM && o->symmetry == CURVOPT_SYMMETRY_AUTO)
         o->symmetry = CURVOPT_SYMMETRY_NONE;
     if (co_strength_stays_near(o) && o->symmetry == CURVOPT_SYMMETRY_AUTO)
