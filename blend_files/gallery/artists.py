@@ -19,6 +19,11 @@ _BOTTLE = (  # radius and height of rings, from the bottom to the lip
     (0.33, 2.12), (0.27, 2.40), (0.27, 2.72), (0.34, 2.78), (0.34, 2.90), (0.16, 2.93),
 )  # fmt: skip
 _FENDER = (15, 10)  # vertices along a car, and from the bonnet down to the sill
+_CREATURE = (  # boxes of unit cubes, first and last in x, y and z: body, legs, neck, head, muzzle, ears, tail
+    ((0, 5), (0, 2), (3, 4)), ((0, 0), (0, 0), (0, 2)), ((0, 0), (2, 2), (0, 2)), ((4, 4), (0, 0), (0, 2)),
+    ((4, 4), (2, 2), (0, 2)), ((5, 5), (1, 1), (5, 5)), ((5, 7), (0, 2), (6, 7)), ((8, 8), (1, 1), (6, 6)),
+    ((5, 5), (0, 0), (8, 8)), ((5, 5), (2, 2), (8, 8)), ((-2, -1), (1, 1), (4, 4)), ((-2, -2), (1, 1), (5, 6)),
+)  # fmt: skip
 
 
 def bottle(sides: int = 16) -> Cage:
@@ -63,6 +68,46 @@ def fender() -> Cage:
     return _cage(points, faces, 0.022, inner.ravel())
 
 
+def creature(rounds: int = 2) -> Cage:
+    """An animal on four legs, extruded from cubes: what bounds these, its vertices drawn to the middle of their
+    neighbours."""
+    cubes = {
+        (x, y, z)
+        for (x0, x1), (y0, y1), (z0, z1) in _CREATURE
+        for x in range(x0, x1 + 1)
+        for y in range(y0, y1 + 1)
+        for z in range(z0, z1 + 1)
+    }
+    number: dict[tuple[int, int, int], int] = {}
+    faces: list[tuple[int, ...]] = []
+    for cube in sorted(cubes):
+        for axis in range(3):
+            for side in (0, 1):
+                if tuple(c + (2 * side - 1) * (k == axis) for k, c in enumerate(cube)) not in cubes:
+                    faces.append(_side(cube, axis, side, number))
+    points = np.array(list(number), float)
+    edges = np.unique(np.sort([(face[k - 1], face[k]) for face in faces for k in range(4)], axis=1), axis=0)
+    degree = np.bincount(edges.ravel())[:, None]
+    for _ in range(rounds):
+        sums = np.zeros_like(points)
+        np.add.at(sums, edges, points[edges[:, ::-1]])
+        points = (points + sums / degree) / 2
+    return _cage(0.3 * points, faces, 0.035)
+
+
+def _side(cube: tuple[int, int, int], axis: int, side: int, number: dict[tuple[int, int, int], int]) -> tuple[int, ...]:
+    """A face of a cube, by numbers of its corners, which are made where there are none."""
+    square = ((0, 0), (1, 0), (1, 1), (0, 1)) if side else ((0, 0), (0, 1), (1, 1), (1, 0))
+    corners = []
+    for pair in square:
+        corner = list(cube)
+        corner[axis] += side
+        corner[(axis + 1) % 3] += pair[0]
+        corner[(axis + 2) % 3] += pair[1]
+        corners.append(number.setdefault((corner[0], corner[1], corner[2]), len(number)))
+    return tuple(corners)
+
+
 def _cage(points: np.ndarray, faces: list[tuple[int, ...]], bumps: float, moved: np.ndarray | None = None) -> Cage:
     """A cage with bumps of that standard deviation, at the vertices that are `moved` (all)."""
     noise = bumps * np.random.default_rng(46).standard_normal(points.shape)
@@ -90,5 +135,9 @@ def _halves() -> Mapping[str, object]:
     return module.HALVES
 
 
-CAGES: Mapping[str, Callable[[], Cage]] = {"bottle": bottle, "mug": mug, "face": face, "fender": fender}
-STRENGTHS: Mapping[str, float] = {"bottle": 0.3, "mug": 0.5, "face": 0.5, "fender": 0.3}  # the panel begins at 0.3
+CAGES: Mapping[str, Callable[[], Cage]] = {
+    "bottle": bottle, "mug": mug, "face": face, "fender": fender, "creature": creature,
+}  # fmt: skip
+STRENGTHS: Mapping[str, float] = {  # the panel begins at 0.3
+    "bottle": 0.3, "mug": 0.5, "face": 0.5, "fender": 0.3, "creature": 0.4,
+}  # fmt: skip

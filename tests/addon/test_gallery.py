@@ -422,9 +422,9 @@ def test_marks_say_no_more_than_is_known():
     assert figures.mark("torus_010", {**record, "resolved": {"value": 90.0}}) == "the rule does not see it"
 
 
-@pytest.mark.parametrize("name, euler", [("bottle", 2), ("mug", 0), ("face", -1), ("fender", 1)])
+@pytest.mark.parametrize("name, euler", [("bottle", 2), ("mug", 0), ("face", -1), ("fender", 1), ("creature", 2)])
 def test_artists_cages_are_surfaces_that_face_outwards(name, euler):
-    """A bottle is a sphere, a mug a torus; a head with holes for eyes and neck, and a sheet, are open. A fender bulges
+    """A bottle and an animal are spheres, a mug a torus; a head with holes for eyes and neck, and a sheet, are open. A fender bulges
     towards -y."""
     cage = artists.CAGES[name]()
     ends = np.split(cage.face_vertices, np.cumsum(cage.face_sizes)[:-1])
