@@ -128,10 +128,17 @@ def _similarity(source: np.ndarray, target: np.ndarray, areas: np.ndarray) -> tu
 
 def plot_saddles(store: Store, item: Item) -> dict[str, object]:
     """Answer (e): certificates without symmetry, and the fall of Willmore's energy from shaken minimizers."""
-    verified, shaken, series = [], [], []
+    verified, shaken, modes, series = [], [], [], []
     for name in item.needs:
         result = store.result(name)
-        kind, cage, energy, last = name.split(".")
+        kind, cage, energy, *rest = name.split(".")
+        last = rest[0] if rest else ""
+        if kind == "mode":
+            modes.append({"cage": cage, "h2": store.result(result["of"])["h2"], **result, "sides": []})
+            continue
+        if kind == "fall":
+            modes[-1]["sides"].append({"side": last, **result})
+            continue
         if kind == "verify":
             verified.append({"cage": cage, "energy": energy, "levels": int(last), **result})
             continue
@@ -147,7 +154,7 @@ def plot_saddles(store: Store, item: Item) -> dict[str, object]:
     lawson = [(f"Lawson, genus {genus}", solve.lawson_h2(genus)) for genus in (3, 5)]
     text = plot("Symmetric Willmore minimizers, shaken", Axis("step"), Axis("∫H²", 22.6, 25.4), series, lawson)
     store.write(item.files[0], text.encode())
-    return {"verified": verified, "shaken": shaken}
+    return {"verified": verified, "shaken": shaken, "modes": modes}
 
 
 def _as_h2(path: Sequence[float], euler: int) -> list[tuple[float, float]]:

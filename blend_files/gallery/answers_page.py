@@ -189,8 +189,28 @@ def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
     ]  # fmt: skip
     return _answer(
         "saddles", "(e) Minima or saddles?", text, picture("pictures/saddles.png", "shaken"),
-        f"<p>By the Hessian:</p>{grid(heads, body)}<p>Shaken:</p>{grid(more_heads, more)}",
+        f"<p>By the Hessian:</p>{grid(heads, body)}<p>Shaken:</p>{grid(more_heads, more)}", _modes(result["modes"]),
     )  # fmt: skip
+
+
+def _modes(modes: Sequence[Mapping]) -> str:
+    """The mode in which each saddle falls, and what it falls to."""
+    text = (
+        "In which direction do they fall? The middle column is coloured by the lowest eigenvector of the second "
+        "variation for motion along normals, no symmetry kept: red moves outwards while blue moves inwards, or the other "
+        "way round. Left and right of it is what the run comes to from either side. Where the eigenvalue is positive, "
+        "this net holds the shape; rotations, translations and the other maps that keep Willmore's energy have "
+        "eigenvalues that fall to 0 as nets become finer."
+    )
+    heads = ("cage", "∫H²", "lowest eigenvalues × size⁴", "directions", "side", "∫H² there", "net", "rule", "verdict")
+    body = [
+        (row["cage"], significant(row["h2"], 7), ", ".join(f"{value:.2f}" for value in row["lowest"][:8]),
+         row["directions"], f"{side['share']:+g} of the size", significant(side["h2"], 7),
+         significant(side["net_share"], 2), significant(side["quadrature_error"], 2), side["verdict"])
+        for row in modes
+        for side in row["sides"]
+    ]  # fmt: skip
+    return f"<p>{escape(text)}</p>{picture('pictures/modes.png', 'the mode in which saddles fall')}{grid(heads, body)}"
 
 
 def _counted(number: int) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from addon.binding.values import Cage
-from . import answers, artists, pairs, solve, torus_nets, torus_profile
+from . import answers, artists, falling, pairs, solve, torus_nets, torus_profile
 from .store import Item, Store
 
 Draw = Callable[[Store, Item], object]
@@ -38,6 +38,7 @@ SHAPE_LEVELS = 3  # free forms have no symmetry: the fourth level takes minutes 
 CROSS_NETS = ((6, 4), (8, 6), (8, 8), (12, 12), (16, 8), (16, 16), (32, 32))
 SHAKES = ((0.003, 12), (0.01, 12), (0.03, 12), (0.03, 48), (0.1, 48))  # of the size, and rounds of smoothing
 THIRD_SHAKES = ((0.03, 12),)  # for third-order energies
+SIDES = {"out": 0.05, "in": -0.05}  # how far a saddle is moved along the mode in which it falls, of the size
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,16 @@ def solve_name(cage: str, energy: str, setting: str) -> str:
 def shaken_name(cage: str, energy: str, share: float, rounds: int) -> str:
     """The item that minimizes again from a minimizer which was shaken."""
     return f"shaken.{cage}.{energy}.{round(1000 * share)}x{rounds}"
+
+
+def mode_name(cage: str) -> str:
+    """The item that finds in which direction Willmore's minimizer of a cage falls."""
+    return f"mode.{cage}.willmore"
+
+
+def fall_name(cage: str, side: str) -> str:
+    """The item that follows it there, to a side."""
+    return f"fall.{cage}.willmore.{side}"
 
 
 def columns(table: str) -> list[tuple[str, str]]:
@@ -91,7 +102,7 @@ def items(
 ) -> list[Item]:
     """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
     functions of cages.py; `draw` has the functions that need Blender: "cover", "row",
-    "sheet", "pair", "flat", "refined", "look"."""
+    "sheet", "pair", "flat", "refined", "look", "modes"."""
 
     def torus(ratio: float, around: int, tube: int) -> Cage:
         return make("torus", ratio, around, tube, interpolate=True)
@@ -107,7 +118,7 @@ def items(
     found += _figures(make("sphere_cube", 2), measure, draw)
     found += _answers_on_tori(torus, measure)
     found += _answer_plane(cages, measure)
-    found += _answer_saddles(cages, measure, draw["look"])
+    found += _answer_saddles(cages, measure, draw)
     return found
 
 
@@ -263,9 +274,10 @@ def _answer_plane(cages: Mapping[str, Cage], measure: Measure) -> list[Item]:
 
 
 def _answer_saddles(
-    cages: Mapping[str, Cage], measure: Measure, draw: Draw
+    cages: Mapping[str, Cage], measure: Measure, draw: Mapping[str, Draw]
 ) -> list[Item]:
-    """(e): certificates without symmetry, and where shapes go that are shaken."""
+    """(e): certificates without symmetry, where shapes go that are shaken, and where along the mode in which they
+    fall."""
     tags, parts = frozenset({"answers", "saddles"}), []
     for name in SADDLES:
         for energy in solve.ENERGIES:
@@ -278,8 +290,20 @@ def _answer_saddles(
                 inputs = {"energy": energy, "of": of, "share": share, "rounds": rounds, "iterations": 400}
                 shaken = shaken_name(name, energy, share, rounds)
                 parts.append(Item(shaken, solve.shaken, inputs, tags, (of,), cost=20.0))
+        parts += _falls(name, tags)
     needs = tuple(part.name for part in parts)
     inputs = {"width": measure.width, "samples": measure.samples}
-    picture = Item("look.saddles", draw, inputs, tags, needs, ("pictures/saddles.png",), True, 30.0)
+    picture = Item("look.saddles", draw["look"], inputs, tags, needs, ("pictures/saddles.png",), True, 30.0)
+    modes = Item("look.modes", draw["modes"], inputs, tags, needs, ("pictures/modes.png",), True, 20.0)
     plot = Item("answer.saddles", answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
-    return [*parts, picture, plot]
+    return [*parts, picture, modes, plot]
+
+
+def _falls(name: str, tags: frozenset[str]) -> list[Item]:
+    """The mode in which Willmore's minimizer of a cage falls, and both sides followed."""
+    of, mode = solve_name(name, "willmore", "default"), mode_name(name)
+    parts = [Item(mode, falling.mode, {"energy": "willmore"}, tags, (of,), cost=60.0)]
+    for side, share in SIDES.items():
+        inputs = {"energy": "willmore", "mode": mode, "share": share, "iterations": 400}
+        parts.append(Item(fall_name(name, side), falling.fall, inputs, tags, (of, mode), cost=15.0))
+    return parts

@@ -19,13 +19,13 @@ from addon.binding.values import Cage
 from addon.core.energy import number_text
 from addon.scene.write_result import make_mesh
 from addon.render import studio
-from . import contents, figures, light, png, solve
+from . import contents, falling, figures, light, png, solve
 from . import dense as dense_shapes
 from .dense import Dense, centre_and_size, dense, faceted
 from .png import halved, write_below, write_png
 from .store import Item, Store
 
-USES = (light, dense_shapes, png, studio, figures)  # on these, too, it depends how pictures look (`store`)
+USES = (light, dense_shapes, png, studio, figures, falling)  # on these, too, it depends how pictures look (`store`)
 COLOURS = {
     "input": (0.50, 0.50, 0.50), "willmore": (0.16, 0.34, 0.66),
     "mvs": (0.16, 0.46, 0.26), "mvs_cross": (0.74, 0.28, 0.11),
@@ -363,4 +363,38 @@ def _saddle_cell(store: Store, name: str, title: str) -> Cell:
     return Cell(shape, COLOURS["willmore"], (title, f"int H² {record['h2']:.4f}"))
 
 
-DRAW = {"row": draw_row, "sheet": draw_sheet, "cover": draw_cover, "flat": draw_flat, "refined": draw_refined, "look": draw_saddles}
+def draw_modes(store: Store, item: Item) -> dict[str, object]:
+    """The symmetric Willmore minimizers, coloured by the mode in which they fall, between what they fall to on either
+    side. All of a row in the same place, for modes are small and shapes keep theirs."""
+    rows = []
+    for name in contents.SADDLES:
+        mode, of = contents.mode_name(name), contents.solve_name(name, "willmore", "default")
+        found, record = store.result(mode), store.result(of)
+        sides = {side: contents.fall_name(name, side) for side in contents.SIDES}
+        lines = (name.replace("_g", ", genus "), f"int H² {record['h2']:.4f}", f"eigenvalue {found['lowest'][0]:.2f} / size⁴")
+        between = Cell(
+            unit(dense(store.cage(of), "limit", _TABLE_QUADS)), COLOURS["input"], lines,
+            mode_colours(falling.heights_on(store, mode, _TABLE_QUADS)),
+        )  # fmt: skip
+        cells = [_saddle_cell(store, sides["in"], "to one side"), between, _saddle_cell(store, sides["out"], "to the other")]
+        path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
+        try:
+            draw_cells(cells, path, item.inputs, studio.view_direction(between.shape.points))
+            rows.append(read_pixels(path))
+        finally:
+            path.unlink(missing_ok=True)
+    store.write(item.files[0], write_png(stack(rows)))
+    return {"rows": len(rows)}
+
+
+def mode_colours(heights: np.ndarray) -> np.ndarray:
+    """Colours (n, 3) of heights (n,) of at most 1: grey where the surface stays, to red outwards, to blue inwards."""
+    t = np.clip(heights, -1, 1)[:, None]
+    grey, blue, red = (np.array(c) for c in ((0.66, 0.66, 0.64), (0.05, 0.20, 0.62), (0.68, 0.12, 0.05)))
+    return np.where(t < 0, grey + (blue - grey) * -t, grey + (red - grey) * t)
+
+
+DRAW = {
+    "row": draw_row, "sheet": draw_sheet, "cover": draw_cover, "flat": draw_flat, "refined": draw_refined,
+    "look": draw_saddles, "modes": draw_modes,
+}  # fmt: skip

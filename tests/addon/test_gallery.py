@@ -18,7 +18,8 @@ from addon.binding.values import Cage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_files"))
 import cages  # noqa: E402
-from gallery import answers, artists, contents, dense, figures, light, markup, pairs, plot, png, publish  # noqa: E402
+from gallery import answers, artists, contents, dense, falling, figures, light, markup, pairs, plot  # noqa: E402
+from gallery import png, publish  # noqa: E402
 from gallery import schedule, solve, theorems, torus_nets, torus_profile  # noqa: E402
 from gallery import store as stored  # noqa: E402
 from gallery.store import Item  # noqa: E402
@@ -438,3 +439,59 @@ def test_artists_cages_are_surfaces_that_face_outwards(name, euler):
         shape = dense.dense(cage, "limit", 2000)
         outward = (shape.points - shape.points.mean(0)) if name == "face" else np.broadcast_to([0, -1, 0], shape.points.shape)
         assert shape.areas @ (outward * shape.normals).sum(1) > 0
+
+
+# --------------------------------------------------------------------------------------------------- falling modes --
+
+
+def test_second_variation_against_second_differences_of_the_energy():
+    rng = np.random.default_rng(3)
+    cage = torus(10, 8, 0.4)
+    cage = Cage(cage.positions + 0.02 * rng.standard_normal(cage.positions.shape), cage.face_sizes, cage.face_vertices)
+    normals = falling.vertex_normals(cage)
+    matrix = falling.second_variation(cage, "willmore", normals, 1e-5)
+
+    def energy(height):
+        moved = Cage(cage.positions + height[:, None] * normals, cage.face_sizes, cage.face_vertices)
+        return solve.evaluate(moved, "willmore", "limit", 1e-9).objective
+
+    for _ in range(3):
+        height = 2e-4 * rng.standard_normal(len(cage.positions))
+        expected = energy(height) - 2 * energy(0 * height) + energy(-height)
+        assert height @ matrix @ height == pytest.approx(expected, rel=1e-3)
+
+
+def test_groups_have_no_stencil_in_common_and_are_all():
+    near = falling._neighbours(torus(24, 24, 0.4))
+    groups = falling._groups(near)
+    assert sorted(vertex for group in groups for vertex in group) == list(range(576)) and len(groups) < 400
+    for group in groups:
+        assert len(set().union(*(near[vertex] for vertex in group))) == sum(len(near[vertex]) for vertex in group)
+
+
+def test_lowest_eigenvectors_of_a_matrix():
+    rng = np.random.default_rng(1)
+    turn = np.linalg.qr(rng.standard_normal((200, 200)))[0]
+    spectrum = np.concatenate([[-3.0, -3.0, 0.0], np.geomspace(0.5, 1e6, 197)])
+    matrix = turn @ (spectrum[:, None] * turn.T)
+    values, vectors = falling.lowest(matrix, 5.0)
+    assert values[:6] == pytest.approx(spectrum[:6], abs=1e-6)
+    assert np.abs(matrix @ vectors[:, :6] - vectors[:, :6] * values[:6]).max() < 1e-4
+
+
+def test_a_sphere_falls_nowhere(store):
+    """On a sphere of radius 1 the second variation of int k1^2 + k2^2 has, for heights that are spherical harmonics of
+    degree l, the eigenvalue 2 m (m - 2) with m = l (l + 1): from int (k1 - k2)^2, twice the square of the Hessian's part
+    without trace, and Bochner's formula. Nets smooth what is given to their vertices, so that theirs are lower."""
+    points, faces = cages.sphere_cube(2)
+    cage = cage_of(points, faces)
+    inputs = {"energy": "willmore", "setting": "default", "levels": 3}
+    solved = Item("solve.sphere", solve.minimize, inputs, TAGS, cages={"a": cage})
+    mode = Item("mode.sphere", falling.mode, {"energy": "willmore"}, TAGS, (solved.name,))
+    for item in (solved, mode):
+        store.finish(item, "key", 0.0, item.work(store, item))
+    found = np.array(store.result("mode.sphere")["lowest"])
+    assert (np.abs(found[:4]) < 0.01).all()
+    assert (0.9 * 48 < found[4:9]).all() and (found[4:9] < 48).all()
+    assert (0.85 * 240 < found[9:]).all() and (found[9:] < 240).all()
+    assert np.abs(falling.heights_on(store, "mode.sphere", 2000)).max() == 1
