@@ -367,7 +367,7 @@ def draw_modes(store: Store, item: Item) -> dict[str, object]:
     """The symmetric Willmore minimizers, coloured by the mode in which they fall, between what they fall to on either
     side. All of a row in the same place, for modes are small and shapes keep theirs."""
     rows = []
-    for name in contents.SADDLES:
+    for name in contents.FALLING:
         mode, of = contents.mode_name(name), contents.solve_name(name, "willmore", "default")
         found, record = store.result(mode), store.result(of)
         sides = {side: contents.fall_name(name, side) for side in contents.SIDES}
