@@ -79,7 +79,7 @@ static const char help_of_minimize[] =
     "                       minimum of the energy (default %g). Below 1 no point moves farther than a fifth of that\n"
     "                       length, spacing is free, and symmetries are kept\n"
     "  --within D           the fairest surface that stays within the distance D of the input's: no vertex and no\n"
-    "                       point moves farther. Spacing is free, and symmetries are kept\n"
+    "                       point moves farther. Symmetries are kept\n"
     "  --no-crossings       the surface comes to cross itself nowhere: faces that are no neighbours repel each other\n"
     "                       from a fifth of a mean edge on, and steps are shortened. The report says by which faces\n"
     "                       the result is held. What crosses in the input may go on crossing\n"
