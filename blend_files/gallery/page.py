@@ -161,7 +161,7 @@ def _table(store: Store, fresh: Collection[str], table: str, found: Sequence[Map
     if report:
         report = (
             "<details><summary>The same under the report's settings</summary><p>LMVM on all coordinates, a fixed rule, "
-            f"1 000 steps a level, <code>plane</code> for third order.</p>{report}</details>"
+            f"{solve.REPORT_STEPS} steps a level, <code>plane</code> for third order.</p>{report}</details>"
         )
     if not shown and not mine:
         return ""
