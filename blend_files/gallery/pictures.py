@@ -360,7 +360,8 @@ def draw_saddles(store: Store, item: Item) -> dict[str, object]:
 def _saddle_cell(store: Store, name: str, title: str) -> Cell:
     record = store.result(name)
     shape = minimizer(store, name, record["surface"])
-    return Cell(shape, COLOURS["willmore"], (title, f"int H² {record['h2']:.4f}"))
+    value = "not resolved" if record["stop"] == "unresolved" else f"int H² {record['h2']:.4f}"
+    return Cell(shape, COLOURS["willmore"], (title, value))
 
 
 def draw_modes(store: Store, item: Item) -> dict[str, object]:
@@ -371,7 +372,7 @@ def draw_modes(store: Store, item: Item) -> dict[str, object]:
         mode, of = contents.mode_name(name), contents.solve_name(name, "willmore", "default")
         found, record = store.result(mode), store.result(of)
         sides = {side: contents.fall_name(name, side) for side in contents.SIDES}
-        lines = (name.replace("_g", ", genus "), f"int H² {record['h2']:.4f}", f"eigenvalue {found['lowest'][0]:.2f} / size⁴")
+        lines = (name.replace("_g", ", genus "), f"int H² {record['h2']:.4f}", f"eigenvalue {found['lowest'][0]:.2f}, size 1")
         between = Cell(
             unit(dense(store.cage(of), "limit", _TABLE_QUADS)), COLOURS["input"], lines,
             mode_colours(falling.heights_on(store, mode, _TABLE_QUADS)),
