@@ -155,6 +155,7 @@ static void test_solutions_are_confirmed_by_differences(void **state) {
     check_solution(cage_shaken(cage_band(5, 3, 1, 1.2, 1), 0.05), pinned);
     /* nearly umbilic: where nothing is held, the size at which umbilics are smoothed would be seen by differences */
     blended.constraints = &one_pin;
+    blended.tolerance = 1e-6;
     check_solution(cage_shaken(cage_cube(), 0.1), blended);
     kept.symmetry = CURVOPT_SYMMETRY_KEEP;
     check_solution(cage_torus(8, 4, 1, 0.4), kept);
