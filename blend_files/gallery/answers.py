@@ -131,13 +131,12 @@ def plot_saddles(store: Store, item: Item) -> dict[str, object]:
     verified, shaken, modes, series = [], [], [], []
     for name in item.needs:
         result = store.result(name)
-        kind, cage, energy, *rest = name.split(".")
-        last = rest[0] if rest else ""
+        kind, cage, energy, last = f"{name}.".split(".")[:4]
         if kind == "mode":
             modes.append({"cage": cage, "h2": store.result(result["of"])["h2"], **result, "sides": []})
             continue
         if kind == "fall":
-            modes[-1]["sides"].append({"side": last, **result})
+            modes[-1]["sides"].append(result)
             continue
         if kind == "verify":
             verified.append({"cage": cage, "energy": energy, "levels": int(last), **result})

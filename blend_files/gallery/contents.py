@@ -38,7 +38,7 @@ SHAPE_LEVELS = 3  # free forms have no symmetry: the fourth level takes minutes 
 CROSS_NETS = ((6, 4), (8, 6), (8, 8), (12, 12), (16, 8), (16, 16), (32, 32))
 SHAKES = ((0.003, 12), (0.01, 12), (0.03, 12), (0.03, 48), (0.1, 48))  # of the size, and rounds of smoothing
 THIRD_SHAKES = ((0.03, 12),)  # for third-order energies
-FALLING = ("tetrahedral_g3",)  # the cubical one is held by 1 520 vertices, and a dense matrix of more takes minutes
+FALLING = ("tetrahedral_g3",)  # the cubical one is held by 1 528 vertices, and a dense matrix of more takes minutes
 SIDES = {"out": 0.05, "in": -0.05}  # how far a saddle is moved along the mode in which it falls, of the size
 
 

@@ -314,18 +314,22 @@ def _refined(cage: Cage) -> Cage:
             return Cage(positions, *finer.faces())
 
 
+def _pixels(store: Store, item: Item, cells: Sequence[Cell], direction: np.ndarray, look: str = "clay") -> np.ndarray:
+    """A row of cells as pixels."""
+    path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
+    try:
+        draw_cells(cells, path, item.inputs, direction, look)
+        return read_pixels(path)
+    finally:
+        path.unlink(missing_ok=True)
+
+
 def _draw_figure(store: Store, item: Item, cells: Sequence[Cell]) -> None:
     """Cells as clay, stripes and a map of curvature, one row each, captions under the last."""
     mapped = [replace(cell, colours=curvature_colours(cell.shape.mean)) for cell in cells]
     bare = [replace(cell, lines=()) for cell in cells]
-    rows = []
-    for index, (row, look) in enumerate(((bare, "clay"), (bare, "zebra"), (mapped, "clay"))):
-        path = store.path(f"pictures/.{item.name}.{index}.{os.getpid()}.png")
-        try:
-            draw_cells(row, path, item.inputs, _FROM_CORNER, look)
-            rows.append(read_pixels(path))
-        finally:
-            path.unlink(missing_ok=True)
+    looks = ((bare, "clay"), (bare, "zebra"), (mapped, "clay"))
+    rows = [_pixels(store, item, row, _FROM_CORNER, look) for row, look in looks]
     store.write(item.files[0], write_png(stack(rows)))
 
 
@@ -333,7 +337,12 @@ def curvature_colours(mean: np.ndarray) -> np.ndarray:
     """Colours (n, 3) of mean curvatures (n,): grey where it is the usual (the median), to blue where it is none, to red
     where it is twice that."""
     usual = np.median(np.abs(mean))
-    t = np.clip(np.abs(mean) / usual - 1, -1, 1)[:, None]
+    return diverging_colours(np.abs(mean) / usual - 1)
+
+
+def diverging_colours(values: np.ndarray) -> np.ndarray:
+    """Colours (n, 3) of values (n,): grey at 0, to blue at -1, to red at 1."""
+    t = np.clip(values, -1, 1)[:, None]
     grey, blue, red = (np.array(c) for c in ((0.62, 0.62, 0.60), (0.02, 0.12, 0.60), (0.65, 0.05, 0.03)))
     return np.where(t < 0, grey + (blue - grey) * -t, grey + (red - grey) * t)
 
@@ -347,12 +356,7 @@ def draw_saddles(store: Store, item: Item) -> dict[str, object]:
         for share, rounds in contents.SHAKES:
             shaken = contents.shaken_name(name, "willmore", share, rounds)
             cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}, smoothed {rounds}"))
-        path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
-        try:
-            draw_cells(cells, path, item.inputs, studio.view_direction(cells[0].shape.points))
-            rows.append(read_pixels(path))
-        finally:
-            path.unlink(missing_ok=True)
+        rows.append(_pixels(store, item, cells, studio.view_direction(cells[0].shape.points)))
     store.write(item.files[0], write_png(stack(rows)))
     return {"rows": len(rows)}
 
@@ -375,24 +379,12 @@ def draw_modes(store: Store, item: Item) -> dict[str, object]:
         lines = (name.replace("_g", ", genus "), f"int H² {record['h2']:.4f}", f"eigenvalue {found['lowest'][0]:.2f}, size 1")
         between = Cell(
             unit(dense(store.cage(of), "limit", _TABLE_QUADS)), COLOURS["input"], lines,
-            mode_colours(falling.heights_on(store, mode, _TABLE_QUADS)),
+            diverging_colours(falling.heights_on(store, mode, _TABLE_QUADS)),
         )  # fmt: skip
         cells = [_saddle_cell(store, sides["in"], "to one side"), between, _saddle_cell(store, sides["out"], "to the other")]
-        path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
-        try:
-            draw_cells(cells, path, item.inputs, studio.view_direction(between.shape.points))
-            rows.append(read_pixels(path))
-        finally:
-            path.unlink(missing_ok=True)
+        rows.append(_pixels(store, item, cells, studio.view_direction(between.shape.points)))
     store.write(item.files[0], write_png(stack(rows)))
     return {"rows": len(rows)}
-
-
-def mode_colours(heights: np.ndarray) -> np.ndarray:
-    """Colours (n, 3) of heights (n,) of at most 1: grey where the surface stays, to red outwards, to blue inwards."""
-    t = np.clip(heights, -1, 1)[:, None]
-    grey, blue, red = (np.array(c) for c in ((0.66, 0.66, 0.64), (0.05, 0.20, 0.62), (0.68, 0.12, 0.05)))
-    return np.where(t < 0, grey + (blue - grey) * -t, grey + (red - grey) * t)
 
 
 DRAW = {
