@@ -38,7 +38,8 @@ int32_t co_held_level_create(const co_held_numbers *numbers, const co_dof_map *d
     out->back = CO_NEW(double, n);
     out->gradient = CO_NEW(double, (count + 1) * n);
     out->work = CO_NEW(double, n);
-    if (out->newton.way && out->back && out->gradient && out->work)
+    out->centred = CO_NEW(double, n);
+    if (out->newton.way && out->back && out->gradient && out->work && out->centred)
         return CURVOPT_OK;
     co_held_level_free(out);
     return co_status_no_memory(error);
@@ -49,11 +50,21 @@ void co_held_level_free(co_held_level *h) {
     free(h->back);
     free(h->gradient);
     free(h->work);
+    free(h->centred);
     *h = (co_held_level){0};
 }
 
+static void remove_translations(const co_held_level *h, double *v) {
+    if (h->dofs->translation) /* else something is in its place */
+        co_vector_remove(n_of(h), 3, h->dofs->translation, v);
+}
+
+/* Places the surface at x, with its centroid where the energy has it: by a rule of quadrature faces close up only
+ * nearly, and the volume that they have depends on where they are. */
 static void place(co_held_level *h, const double *x) {
-    co_dof_map_expand_some(h->dofs, h->assembly->active, h->assembly->n_active_cage, x, h->positions);
+    memcpy(h->centred, x, n_of(h) * sizeof *x);
+    remove_translations(h, h->centred);
+    co_dof_map_expand_some(h->dofs, h->assembly->active, h->assembly->n_active_cage, h->centred, h->positions);
 }
 
 static void find_along(co_held_level *h) {
@@ -83,6 +94,8 @@ static void find_gradients(co_held_level *h, const double integral[CO_N_INTEGRAL
         for (int k = 0; k < h->numbers.n; k++)
             co_vector_add(n, unit * residual[k].slope[s], of_number, h->gradient + (size_t)k * n);
     }
+    for (int k = 0; k < h->numbers.n; k++)
+        remove_translations(h, h->gradient + (size_t)k * n);
     find_along(h);
 }
 
@@ -151,7 +164,7 @@ void co_held_level_straighten_ways(co_held_level *h, const double *x) {
     co_assembly_place(h->assembly, h->positions, 1);
     co_assembly_number_gradient(h->assembly, CURVOPT_SCALAR_VOLUME, h->point_gradient);
     co_dof_map_gradient_of(r, a->active, a->n_active_cage, h->point_gradient, normal);
-    for (int k = 0; k < h->numbers.n; k++)
+    for (int k = 0; k < h->numbers.n; k++) {
         for (int32_t node = 0; node < r->n_nodes; node++) {
             const size_t first = (size_t)r->first[node], size = (size_t)co_dof_map_dimension(r, node);
             double *way = h->newton.way + (size_t)k * n_of(h) + first;
@@ -160,6 +173,8 @@ void co_held_level_straighten_ways(co_held_level *h, const double *x) {
             for (size_t i = 0; i < size; i++)
                 way[i] = part * normal[first + i];
         }
+        remove_translations(h, h->newton.way + (size_t)k * n_of(h));
+    }
     separate_ways(h);
 }
 

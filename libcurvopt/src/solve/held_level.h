@@ -6,6 +6,10 @@
  * gradient of the function that is left is g + A lambda, with g and A the gradients of the objective and of c there,
  * and W^T (g + A lambda) = 0: it does not see W. At a minimum lambda are Lagrange's multipliers, whatever W is.
  *
+ * Where nothing of the surface is fixed c is, as the objective, a function of positions whose centroid is 0, and A and
+ * W have no part along translations: by quadrature a surface with extraordinary vertices closes up only nearly, and its
+ * volume depends on where it is.
+ *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SOLVE_HELD_LEVEL_H
 #define CO_SOLVE_HELD_LEVEL_H
@@ -19,6 +23,7 @@ typedef struct co_held_level {
     double *gradient;        /* [numbers.n + 1][n_variables] A, and work */
     double along[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS]; /* A^T W, where the gradient was evaluated last */
     double *work;                                       /* [n_variables] the caller's to use */
+    double *centred;                                    /* [n_variables] work: positions without translations */
     const co_dof_map *dofs;                             /* the caller's, as what follows */
     co_assembly *assembly;
     double *positions;      /* [3 n_vertices] work */
