@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
-from . import solve
+from . import genus_page, solve
 from .markup import grid, picture, section, significant
 from .store import Store
 from .torus_nets import exact_cross
@@ -19,7 +19,7 @@ _LABELS = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 
 def sections(store: Store, fresh: Collection[str]) -> list[str]:
     """Those of the answers that are finished."""
-    made = {"tori": _tori, "cross": _cross, "mvs": _mvs, "plane": _plane, "saddles": _saddles}
+    made = {"tori": _tori, "cross": _cross, "mvs": _mvs, "plane": _plane, "saddles": _saddles, "holes": genus_page.holes}
     return [write(store.result(f"answer.{name}")) for name, write in made.items() if f"answer.{name}" in fresh]
 
 

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from addon.binding.values import Cage
-from . import answers, artists, falling, pairs, solve, torus_nets, torus_profile
+from . import answers, artists, constrained, falling, genus, genus_plots, layouts, pairs, solve, torus_nets, torus_profile
 from .store import Item, Store
 
 Draw = Callable[[Store, Item], object]
@@ -21,10 +22,12 @@ TABLES = {
     "shapes": ("sphere_cube", "mug_g1", "trefoil_g1", "pretzel_g2", "branch_open"),
 }  # fmt: skip
 REPORT_TABLES = ("table1", "table2")  # those that the report has, so its settings are tried, too
-ANSWERS = ("tori", "cross", "mvs", "plane", "saddles")
+ANSWERS = ("tori", "cross", "mvs", "plane", "saddles", "holes")
 README = "readme"
 PAIRS = "pairs"
-GROUPS = (README, *TABLES, PAIRS, "figures", "answers", *ANSWERS)
+CONSTRAINED = "constrained"
+CAMPAIGN = genus.TAG  # an hour of two cores: made when asked for by name, never with the rest
+GROUPS = (README, *TABLES, PAIRS, CONSTRAINED, "figures", "answers", *ANSWERS, CAMPAIGN)
 COVER = "lawson_g2"
 README_ROWS = {
     "table1": ("torus_010", "torus_030", "torus_060", "torus_090"),
@@ -40,6 +43,15 @@ SHAKES = ((0.003, 12), (0.01, 12), (0.03, 12), (0.03, 48), (0.1, 48))  # of the 
 THIRD_SHAKES = ((0.03, 12),)  # for third-order energies
 FALLING = ("tetrahedral_g3",)  # the cubical one is held by 1 528 vertices, and a dense matrix of more takes minutes
 SIDES = {"out": 0.05, "in": -0.05}  # how far a saddle is moved along the mode in which it falls, of the size
+
+HOLES = (  # family, cage of `layouts`, energy, levels: pictures in rows
+    (("genus 2", "eight", "mvs", 5), ("genus 2", "lawson", "mvs", 5),
+     ("genus 2", "eight", "mvs_cross", 5), ("genus 2", "lawson", "mvs_cross", 5)),
+    (("genus 3", "three in an L", "mvs", 4), ("genus 3", "lawson", "mvs", 5),
+     ("genus 3", "three in an L", "mvs_cross", 4), ("genus 3", "lawson", "mvs_cross", 5)),
+    (("tetrahedral", "pole hubs, 1 ring", "mvs", 5), ("tetrahedral", "pole hubs, 1 ring", "mvs_cross", 5),
+     ("cubical", "pole hubs, 1 ring", "mvs", 5), ("cubical", "pole hubs, 1 ring", "mvs_cross", 5)),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -103,7 +115,7 @@ def items(
 ) -> list[Item]:
     """Every item, after what it needs. `cages` are those of the tables, by name; `make(kind, ...)` makes more, by the
     functions of cages.py; `draw` has the functions that need Blender: "cover", "row",
-    "sheet", "pair", "flat", "refined", "look", "modes"."""
+    "sheet", "pair", "vesicles", "rings", "flat", "refined", "look", "modes", "holes"."""
 
     def torus(ratio: float, around: int, tube: int) -> Cage:
         return make("torus", ratio, around, tube, interpolate=True)
@@ -116,11 +128,13 @@ def items(
             found.append(_sheet(table, README_ROWS[table], measure, draw["sheet"]))
     found.append(_extrapolation(cages, measure))
     found += _pairs(measure, draw["pair"])
+    found += _constrained(make, measure, draw)
     found += _figures(make("sphere_cube", 2), measure, draw)
     found += _answers_on_tori(torus, measure)
     found += _answer_plane(cages, measure)
     found += _answer_saddles(cages, measure, draw)
-    return found
+    found += _answer_holes(make, measure, draw["holes"])
+    return found + genus.items(make)
 
 
 def _levels(table: str, name: str, energy: str, setting: str, measure: Measure) -> int:
@@ -172,6 +186,31 @@ def _pairs(measure: Measure, draw: Draw) -> list[Item]:
         files = (f"pictures/pair.{name}.png",)
         found += [solved, Item(f"picture.{name}", draw, inputs, tags, (solved.name,), files, True, 20.0, cages)]
     return found
+
+
+def _constrained(make: Callable[..., Cage], measure: Measure, draw: Mapping[str, Draw]) -> list[Item]:
+    """Closed surfaces that enclose a volume, and a vase through rings."""
+    tags, parts, levels = frozenset({CONSTRAINED}), [], min(measure.levels, SHAPE_LEVELS)
+    rows: dict[str, list[str]] = {"vesicles": [], "tori_by_volume": []}  # needs by picture
+    for name, vesicle in constrained.VESICLES.items():
+        inputs = {"levels": levels, "volume": vesicle.volume, "exact": vesicle.exact, "source": vesicle.source}
+        cage = constrained.vesicle_cage(vesicle.kind, make)
+        parts.append(Item(f"vesicle.{name}", constrained.enclose, inputs, tags, cages={name: cage}, cost=2.0))
+        rows["tori_by_volume" if vesicle.kind == "torus" else "vesicles"].append(f"vesicle.{name}")
+    vase = {"vase": constrained.vase()}
+    rings = [
+        Item(f"rings.{energy}", constrained.pass_through, {"energy": energy, "levels": levels}, tags, cages=vase, cost=5.0)
+        for energy in constrained.RING_ENERGIES
+    ]
+    inputs = {"width": measure.width, "samples": measure.samples}
+    for row, needs in rows.items():
+        file = (f"pictures/{row}.png",)
+        parts.append(Item(f"constrained.{row}", draw["vesicles"], inputs, tags, tuple(needs), file, True, 30.0))
+    needs = tuple(item.name for item in rings)
+    picture = Item("constrained.rings", draw["rings"], inputs, tags, needs, ("pictures/rings.png",), True, 30.0, vase)
+    seen = {"digest": hashlib.sha256(constrained.DIAGRAM.read_bytes()).hexdigest()}
+    file = ("pictures/vesicle_phases.svg",)
+    return [*parts, *rings, picture, Item("constrained.diagram", constrained.diagram, seen, tags, files=file, cost=0.1)]
 
 
 def row_name(cage: str, setting: str) -> str:
@@ -299,6 +338,27 @@ def _answer_saddles(
     modes = Item("look.modes", draw["modes"], inputs, tags, needs, ("pictures/modes.png",), True, 20.0)
     plot = Item("answer.saddles", answers.plot_saddles, {}, tags, needs, ("pictures/saddles.svg",))
     return [*parts, picture, modes, plot]
+
+
+def _answer_holes(make: Callable[..., Cage], measure: Measure, draw: Draw) -> list[Item]:
+    """(f): minimizers of third order with more holes, and what the campaign's committed figures say."""
+    tags, parts, families = frozenset({"answers", "holes"}), [], layouts.families(make)
+    for family, cage, energy, levels in (entry for row in HOLES for entry in row):
+        inputs = {"energy": energy, "setting": "default", "levels": min(levels, measure.levels + 1)}
+        name = holes_name(family, cage, energy, levels)
+        parts.append(Item(name, solve.minimize, inputs, tags, cages={cage: families[family][cage]}, cost=10.0))
+    needs = tuple(part.name for part in parts)
+    inputs = {"width": measure.width, "samples": measure.samples}
+    picture = Item("look.holes", draw, inputs, tags, needs, ("pictures/holes.png",), True, 40.0)
+    seen = {"digest": hashlib.sha256(genus.FILE.read_bytes()).hexdigest()}
+    plots = Item("answer.holes", genus_plots.draw, seen, tags, ("look.holes",), genus_plots.FILES, cost=0.5)
+    return [*parts, picture, plots]
+
+
+def holes_name(family: str, cage: str, energy: str, levels: int) -> str:
+    """The item that minimizes a third-order energy of a cage of `layouts`."""
+    words = "".join(c if c.isalnum() else "_" for c in f"{family}_{cage}")
+    return f"holes.{words}.{energy}.{levels}"
 
 
 def _falls(name: str, tags: frozenset[str]) -> list[Item]:

@@ -30,7 +30,7 @@ from addon.binding import library  # noqa: E402
 from addon.binding.values import Cage  # noqa: E402
 from addon.core.messages import UserError, failure_text  # noqa: E402
 from addon.scene.read_cage import read_faces, read_positions  # noqa: E402
-from gallery import contents, page, pair_pictures, pictures, publish, schedule  # noqa: E402
+from gallery import constrained_pictures, contents, genus_pictures, page, pair_pictures, pictures, publish, schedule  # noqa: E402
 from gallery import store as stored  # noqa: E402
 
 
@@ -45,8 +45,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="where the gallery is, or is to be")
     parser.add_argument(
         "--only", nargs="+", choices=names, metavar="NAME",
-        help=f"only the README's pictures ({contents.README}), these tables ({', '.join(contents.TABLES)}), {contents.PAIRS}, figures, "
-        f"answers ({', '.join(contents.ANSWERS)}; all of them: answers) or rows of tables, by their cages",
+        help=f"only the README's pictures ({contents.README}), these tables ({', '.join(contents.TABLES)}), {contents.PAIRS}, "
+        f"{contents.CONSTRAINED}, figures, answers ({', '.join(contents.ANSWERS)}; all of them: answers) or rows of tables, by their "
+        f"cages; or the campaign behind the answer holes ({contents.CAMPAIGN}: an hour of two cores, DIR/genus.csv), which is not made "
+        "without being asked for",
     )  # fmt: skip
     parser.add_argument("--jobs", type=_count, default=os.cpu_count(), metavar="N",
                         help="calculations at a time (default: one a core)")  # fmt: skip
@@ -115,13 +117,15 @@ def make(options: argparse.Namespace) -> bool:
     store = stored.Store(options.output.resolve(), stored.library_version(lib.path, lib.version))
     cages = {name: read_cage(options.cages, name) for name in contents.all_cages()}
     measure = contents.Measure(options.levels, options.width, options.samples)
-    items = contents.items(cages, cage_maker(options.cages), measure, {**pictures.DRAW, "pair": pair_pictures.draw})
-    wanted = [item.name for item in items if not options.only or item.tags & set(options.only)]
+    draw = {**pictures.DRAW, **constrained_pictures.DRAW, **genus_pictures.DRAW, "pair": pair_pictures.draw}
+    items = contents.items(cages, cage_maker(options.cages), measure, draw)
+    asked = set(options.only or set(contents.GROUPS) - {contents.CAMPAIGN})
+    wanted = [item.name for item in items if item.tags & asked]
     with _quiet_blender() as say:
         outcome = schedule.run(schedule.with_needs(items, wanted), store, options.jobs, say)
-    shown = stored.keys(items, store.version)
-    fresh = {item.name for item in items if store.fresh(item, shown[item.name])}
-    by_name = {item.name: item for item in items}
+    keys = stored.keys(items, store.version)
+    by_name = {item.name: item for item in items if contents.CAMPAIGN not in item.tags}
+    fresh = {name for name, item in by_name.items() if store.fresh(item, keys[name])}
     index = page.write(store, fresh, by_name)
     if options.publish:
         publish.publish(store, by_name, fresh, options.publish)

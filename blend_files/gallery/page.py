@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 
 from addon.core.energy import number_text
-from . import answers_page, artists, contents, figures, solve
+from . import answers_page, artists, constrained_page, contents, figures, solve
 from .markup import cells, grid, picture, section, significant
 from .store import Item, Store
 
@@ -90,7 +90,7 @@ def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Pa
     figures.write(store, found)
     seconds = sum(store.entry(name)["seconds"] for name in fresh)
     parts = [*(_table(store, fresh, table, found) for table in contents.TABLES), _theorems(found)]
-    parts += [_pairs(store, fresh), _figures(store, fresh), *answers_page.sections(store, fresh)]
+    parts += [_pairs(store, fresh), *constrained_page.sections(store, fresh), _figures(store, fresh), *answers_page.sections(store, fresh)]
     parts = [part for part in parts if part]
     links = [_link(part) for part in parts]
     lacking = len(items) - len(fresh)

@@ -314,7 +314,7 @@ def _refined(cage: Cage) -> Cage:
             return Cage(positions, *finer.faces())
 
 
-def _pixels(store: Store, item: Item, cells: Sequence[Cell], direction: np.ndarray, look: str = "clay") -> np.ndarray:
+def row_pixels(store: Store, item: Item, cells: Sequence[Cell], direction: np.ndarray, look: str = "clay") -> np.ndarray:
     """A row of cells as pixels."""
     path = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
     try:
@@ -329,7 +329,7 @@ def _draw_figure(store: Store, item: Item, cells: Sequence[Cell]) -> None:
     mapped = [replace(cell, colours=curvature_colours(cell.shape.mean)) for cell in cells]
     bare = [replace(cell, lines=()) for cell in cells]
     looks = ((bare, "clay"), (bare, "zebra"), (mapped, "clay"))
-    rows = [_pixels(store, item, row, _FROM_CORNER, look) for row, look in looks]
+    rows = [row_pixels(store, item, row, _FROM_CORNER, look) for row, look in looks]
     store.write(item.files[0], write_png(stack(rows)))
 
 
@@ -356,7 +356,7 @@ def draw_saddles(store: Store, item: Item) -> dict[str, object]:
         for share, rounds in contents.SHAKES:
             shaken = contents.shaken_name(name, "willmore", share, rounds)
             cells.append(_saddle_cell(store, shaken, f"shaken by {share:g}, smoothed {rounds}"))
-        rows.append(_pixels(store, item, cells, studio.view_direction(cells[0].shape.points)))
+        rows.append(row_pixels(store, item, cells, studio.view_direction(cells[0].shape.points)))
     store.write(item.files[0], write_png(stack(rows)))
     return {"rows": len(rows)}
 
@@ -382,7 +382,7 @@ def draw_modes(store: Store, item: Item) -> dict[str, object]:
             diverging_colours(falling.heights_on(store, mode, _TABLE_QUADS)),
         )  # fmt: skip
         cells = [_saddle_cell(store, sides["in"], "to one side"), between, _saddle_cell(store, sides["out"], "to the other")]
-        rows.append(_pixels(store, item, cells, studio.view_direction(between.shape.points)))
+        rows.append(row_pixels(store, item, cells, studio.view_direction(between.shape.points)))
     store.write(item.files[0], write_png(stack(rows)))
     return {"rows": len(rows)}
 
