@@ -81,11 +81,11 @@ def sentence(found: Mapping[str, object]) -> str:
         f"(net {significant(low['net_share'], 2)}, ∫H² {low['h2']:.2f}, least radius {low['least_radius']:.3f})"
     )
     others = [cage for cage in found["same"] if cage != low["cage"]]
-    pinching = ", ".join(found["pinching"])
+    pinching = "; ".join(found["pinching"])
     if low["cage"] in found["pinching"]:
         text = f"the lowest is {lowest}, and is pinching: there is no least among these. Pinching are {pinching}"
     else:
-        text = f"the lowest is {lowest}; {len(others)} more end at this shape" + (f" ({', '.join(others)})" if others else "")
+        text = f"the lowest is {lowest}; {len(others)} more end at this shape" + (f" ({'; '.join(others)})" if others else "")
         if pinching:
             text += f"; pinching are {pinching}, from {significant(found['lowest_pinching'], 4)} on"
     rest = found["settled"] - len(found["same"])

@@ -13,7 +13,7 @@ USES = (genus,)  # (`store`)
 FAMILIES = ("genus 2", "genus 3", "tetrahedral", "cubical")
 PLOTS = ("mvs", "radius", "mvs_cross")
 _TITLES = {"mvs": "MVS", "mvs_cross": "MVS_cross", "radius": "Least radius of curvature under MVS"}
-_SAME = 0.05  # shapes whose int H^2 differs by less are taken for one, and radii by twice that
+_SAME = 0.05  # shapes whose int H^2 differs by less are taken for one, if radii differ by less than four times that
 _PINCHING = 0.75  # what is left of the least radius after the last level where it is on its way to nothing
 Row = Mapping[str, object]
 
@@ -66,17 +66,18 @@ def is_pinching(some: Sequence[Row]) -> bool:
 def is_one_shape(one: Row, other: Row) -> bool:
     """Whether two results are taken for one shape."""
     close = abs(one["h2"] / other["h2"] - 1) < _SAME
-    return close and abs(one["least_radius"] / other["least_radius"] - 1) < 2 * _SAME
+    return close and abs(one["least_radius"] / other["least_radius"] - 1) < 4 * _SAME
 
 
 def finding(rows: Sequence[Row], family: str, energy: str) -> dict[str, object]:
-    """What the cages of a family say of an energy: the lowest result, which cages end at its shape, which are pinching, and of
-    the rest how far above."""
+    """What the cages of a family say of an energy: the lowest result, which cages end at its shape (as it is on
+    as many levels), which are pinching, and of the rest how far above."""
     by_cage = runs(rows, family, energy)
     last = {cage: some[-1] for cage, some in by_cage.items()}
     lowest = min(last.values(), key=lambda row: row["value"])
     pinching = [cage for cage, some in by_cage.items() if is_pinching(some)]
-    same = [cage for cage, row in last.items() if is_one_shape(row, lowest) and cage not in pinching]
+    beside = {row["levels"]: row for row in by_cage[str(lowest["cage"])]}
+    same = [cage for cage, row in last.items() if cage not in pinching and is_one_shape(row, beside.get(row["levels"], lowest))]
     settled = [row["value"] for cage, row in last.items() if cage not in pinching]
     return {
         "family": family, "energy": energy, "cages": len(last), "lowest": dict(lowest), "same": same,
@@ -125,5 +126,5 @@ def _bent(rows: Sequence[Row]) -> str:
                 places.append((some[-1]["h2"], some[-1]["mvs"]))
             level = some[-1]["levels"]
             places += [(row["h2"], row["mvs"]) for row in runs(rows, family, "mvs")[cage] if row["levels"] == level]
-            series.append(Series(f"{family}: {cage}", places))
+            series.append(Series(family if len(cages) == 1 else f"{family}: {cage}", places))
     return plot("MVS where bending counts less and less", Axis("∫H²", log=True), Axis("MVS", log=True), series)

@@ -174,7 +174,7 @@ def test_runs_without_symmetry_are_not_made_twice(tmp_path):
     shaken = Cage(cage.positions + 0.01 * np.random.default_rng(0).standard_normal(cage.positions.shape),
                   cage.face_sizes, cage.face_vertices)  # fmt: skip
     for some, expected in ((cage, 1), (shaken, 0)):
-        inputs = {"family": "f", "energy": "mvs_cross", "levels": 3}
+        inputs = {"family": "f", "energy": "mvs_cross", "levels": 3, "room": 1000}
         kept = Item("kept", genus.descend, {**inputs, "symmetry": "keep"}, TAGS, cages={"c": some})
         store.finish(kept, "key", 1.0, genus.descend(store, kept))
         fewer = Item("fewer", genus.descend, {**inputs, "symmetry": "auto"}, TAGS, ("kept",), cages={"c": some})
