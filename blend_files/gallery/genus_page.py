@@ -26,7 +26,7 @@ _ARGUMENT = (
     "8π⁴ (1 − ρ²)^(−3/2), which is infinite for a closed neck.",
     "So we start from cages of ten layouts and more a family (arms with few or many rings, poles in the hubs or beside "
     "them, lines along the arms or across them, blocks of cubes), keep their symmetries, go as many levels as fit (up to "
-    "7 000 vertices that no symmetry takes to each other), and look at three figures: does the energy stop falling, do cages agree, and does "
+    "7 000 vertices that no symmetry takes to each other; one more for the lowest of genus 2), and look at three figures: does the energy stop falling, do cages agree, and does "
     "the least radius of curvature stay? Where it falls by more than a quarter with a level while ∫H² rises, the surface is "
     "pinching.",
 )

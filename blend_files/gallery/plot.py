@@ -68,7 +68,8 @@ def _decades(low: float, high: float) -> list[float]:
     ticks = [10.0**k for k in exponents if low <= 10.0**k <= high]
     if len(ticks) >= 3:
         return ticks
-    return [m * 10.0**k for k in exponents for m in (1, 2, 3, 5) if low <= m * 10.0**k <= high]
+    fine = [m * 10.0**k for k in exponents for m in (1, 2, 3, 5) if low <= m * 10.0**k <= high]
+    return fine if len(fine) < 8 else [tick for tick in fine if not f"{tick:e}".startswith("3")]
 
 
 def plot(title: str, x: Axis, y: Axis, series: Sequence[Series], levels: Sequence[tuple[str, float]] = ()) -> str:
