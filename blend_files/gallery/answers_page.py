@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 
+from addon.core.energy import ENERGY_LABELS
 from . import genus_page, solve
 from .markup import grid, picture, section, significant
 from .store import Store
@@ -14,7 +15,6 @@ from .torus_profile import CLIFFORD, RULES
 
 _COMMAND = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only {}"
 _NOISE = 3e-4  # what net and quadrature leave open of int H^2
-_LABELS = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 
 
 def sections(store: Store, fresh: Collection[str]) -> list[str]:
@@ -135,15 +135,15 @@ def _plane(rows: Sequence[Mapping]) -> str:
     text = [
         "The report: the surface representation does not greatly affect the minimizers. Does it?",
         "Here both surfaces are minimized alike, by our optimizer and adaptive quadrature; then shapes are laid over "
-        f"each other. The mean distance is {100 * near['distance']:.2g} % ({near['cage']}, {_LABELS[near['energy']]}) "
-        f"to {100 * far['distance']:.2g} % ({far['cage']}, {_LABELS[far['energy']]}) of the size. Energies differ by "
+        f"each other. The mean distance is {100 * near['distance']:.2g} % ({near['cage']}, {ENERGY_LABELS[near['energy']]}) "
+        f"to {100 * far['distance']:.2g} % ({far['cage']}, {ENERGY_LABELS[far['energy']]}) of the size. Energies differ by "
         "more: each flat spot of plane costs MVS, whatever the refinement, so its minimizers flatten what lies "
         "around; put on polynomial the same cages are not its minimizers, as the fifth column says.",
     ]
     heads = ("cage", "energy", "polynomial's minimizer", "plane's minimizer", "plane's, on polynomial",
              "polynomial's, on plane", "net", "rule", "mean distance, %", "farthest, %", "∫H²", "∫H², plane", "verdicts")  # fmt: skip
     body = [
-        (row["cage"], _LABELS[row["energy"]], significant(row["polynomial"], 5), significant(row["plane"], 5),
+        (row["cage"], ENERGY_LABELS[row["energy"]], significant(row["polynomial"], 5), significant(row["plane"], 5),
          significant(row["plane_minimizer_on_polynomial"], 5), significant(row["polynomial_minimizer_on_plane"], 5),
          _both(row["net_shares"]), _both(row["quadrature_errors"]),
          f"{100 * row['distance']:.2f}", f"{100 * row['farthest']:.1f}", significant(row["h2"][0], 5),
@@ -173,7 +173,7 @@ def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
     heads = ("cage", "energy", "levels", "vertices", "value", "net", "rule", "∫H²", "verdict, symmetry kept",
              "negative, symmetry kept", "negative, none kept")  # fmt: skip
     body = [
-        (row["cage"], _LABELS[row["energy"]], row["levels"], row["vertices"], significant(row["value"], 7),
+        (row["cage"], ENERGY_LABELS[row["energy"]], row["levels"], row["vertices"], significant(row["value"], 7),
          significant(row["net_share"], 2), significant(row["quadrature_error"], 2), significant(row["h2"], 7),
          row["verdict"], _counted(row["negative_directions"]),
          _counted(row["free_negative_directions"]))
@@ -182,7 +182,7 @@ def _saddles(result: Mapping[str, Sequence[Mapping]]) -> str:
     more_heads = ("cage", "energy", "shaken by", "smoothed", "energy before", "shaken", "after", "∫H² before", "after",
                   "steps", "stop", "verdict")  # fmt: skip
     more = [
-        (row["cage"], _LABELS[row["energy"]], f"{row['share']:g}", row["rounds"],
+        (row["cage"], ENERGY_LABELS[row["energy"]], f"{row['share']:g}", row["rounds"],
          *(significant(row[k], 6) for k in ("before", "start", "value", "h2_before", "h2")),
          row["steps"], row["stop"], row["verdict"])
         for row in shaken

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from html import escape
 
+from addon.core.energy import ENERGY_LABELS
 from . import constrained
 from .markup import grid, picture, section, significant
 from .store import Store
@@ -64,7 +65,7 @@ def _row(name: str, record: Mapping[str, object]) -> tuple[object, ...]:
 
 def _ring_row(energy: str, record: Mapping[str, object]) -> tuple[object, ...]:
     return (
-        {"willmore": "Willmore", "mvs": "MVS"}[energy], significant(record["start"], 5), significant(record["value"], 5),
+        ENERGY_LABELS[energy], significant(record["start"], 5), significant(record["value"], 5),
         significant(record["net_share"], 2), significant(record["quadrature_error"], 2), record["verdict"],
         record["vertices"], f"{record['seconds']:.1f}",
     )  # fmt: skip

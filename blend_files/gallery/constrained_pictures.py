@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from addon.core.energy import number_text
+from addon.core.energy import ENERGY_LABELS, number_text
 from addon.render import studio
 from . import constrained, light, pictures, png
 from . import dense as dense_shapes
@@ -48,7 +48,7 @@ def draw_rings(store: Store, item: Item) -> dict[str, object]:
     shown = [(first, pictures.COLOURS["input"], ("the cage's surface", "five rings"))]
     for need in item.needs:
         record, energy = store.result(need), need.split(".")[1]
-        words = f"{pictures.TITLES[energy]} {number_text(record['value'])}"
+        words = f"{ENERGY_LABELS[energy]} {number_text(record['value'])}"
         shown.append((dense(store.cage(need), "limit", _QUADS), pictures.COLOURS[energy], (words, record["verdict"])))
     cells = [_with_wires(replace(shape, points=(shape.points - centre) / size), colour, wires, lines)
              for shape, colour, lines in shown]  # fmt: skip

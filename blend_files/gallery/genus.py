@@ -18,7 +18,6 @@ from addon.core import job
 from . import dense as dense_shapes
 from . import layouts, solve
 from .dense import dense
-from .plot import Axis, Series, plot
 from .store import Item, Store
 
 USES = (dense_shapes, layouts, solve)  # (`store`)

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
+from addon.core.energy import ENERGY_LABELS
 from . import genus, genus_plots
 from .markup import grid, picture, section, significant
 
-_LABELS = {"mvs": "MVS", "mvs_cross": "MVS_cross"}
 _COMMAND = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only {}"
 _ARGUMENT = (
     "The report found MVS of genus 2 at one value, on one net. Is there a least value, and a shape that has it? MVS is the "
@@ -47,14 +47,14 @@ def holes(result: Mapping[str, Sequence[Mapping]]) -> str:
         names = [genus_plots.plot_file(family, which) for which in genus_plots.PLOTS]
         plots += [f"<h3>{escape(family)}</h3>", *(picture(name, f"{family}, by vertices") for name in names)]
     body = [
-        (row["family"], row["cage"], _LABELS[row["energy"]], f"{row['symmetry_order']:.0f}", f"{row['levels']:.0f}",
+        (row["family"], row["cage"], ENERGY_LABELS[row["energy"]], f"{row['symmetry_order']:.0f}", f"{row['levels']:.0f}",
          f"{row['vertices']:.0f}", significant(row["value"], 5), significant(row["net_share"], 2),
          significant(row["quadrature_error"], 1), significant(row["h2"], 4), significant(row["least_radius"], 3),
          row["verdict"], f"{row['seconds']:.0f}")
         for row in result["runs"]
     ]  # fmt: skip
     free = "; ".join(
-        f"{row['family']}, {_LABELS[row['energy']]}: {row['lower']} of {row['cages']}"
+        f"{row['family']}, {ENERGY_LABELS[row['energy']]}: {row['lower']} of {row['cages']}"
         + (f", at most to {row['least']:.2f} of it" if row["lower"] else "")
         for row in result["fewer"]
         if row["cages"]
@@ -75,7 +75,7 @@ def holes(result: Mapping[str, Sequence[Mapping]]) -> str:
 def sentence(found: Mapping[str, object]) -> str:
     """What a family's cages say of an energy."""
     low = found["lowest"]
-    head = f"{_LABELS[found['energy']]}, {found['family']} ({found['cages']} cages): "
+    head = f"{ENERGY_LABELS[found['energy']]}, {found['family']} ({found['cages']} cages): "
     lowest = (
         f"{significant(low['value'], 4)} on {low['vertices']:.0f} vertices from '{low['cage']}' "
         f"(net {significant(low['net_share'], 2)}, ∫H² {low['h2']:.2f}, least radius {low['least_radius']:.3f})"

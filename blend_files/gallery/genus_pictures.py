@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from addon.core.energy import number_text
+from addon.core.energy import ENERGY_LABELS, number_text
 from addon.render import studio
 from . import contents, figures, light, pictures, png
 from . import dense as dense_shapes
@@ -29,7 +29,7 @@ def _cell(store: Store, family: str, cage: str, energy: str, levels: int) -> pic
     name = contents.holes_name(family, cage, energy, levels)
     record = store.result(name)
     lines = (
-        f"{family}: {cage}", f"{pictures.TITLES[energy]} {number_text(record['value'])}   int H² {record['h2']:.2f}",
+        f"{family}: {cage}", f"{ENERGY_LABELS[energy]} {number_text(record['value'])}   int H² {record['h2']:.2f}",
         f"net {figures.error_text(record['net_share'])}, {record['verdict']}",
     )  # fmt: skip
     shape = pictures.unit(dense(store.cage(name), "limit", _QUADS))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from addon.core.energy import ENERGY_LABELS
 from . import genus, solve
 from .plot import Axis, Series, plot
 from .store import Item, Store
@@ -12,7 +13,6 @@ from .store import Item, Store
 USES = (genus,)  # (`store`)
 FAMILIES = ("genus 2", "genus 3", "tetrahedral", "cubical")
 PLOTS = ("mvs", "radius", "mvs_cross")
-_TITLES = {"mvs": "MVS", "mvs_cross": "MVS_cross", "radius": "Least radius of curvature under MVS"}
 _SAME = 0.05  # shapes whose int H^2 differs by less are taken for one, if radii differ by less than four times that
 _PINCHING = 0.75  # what is left of the least radius after the last level where it is on its way to nothing
 Row = Mapping[str, object]
@@ -111,8 +111,9 @@ def _by_vertices(rows: Sequence[Row], family: str, which: str) -> str:
         Series(cage, [(row["vertices"], row[field]) for row in some], "dashes" if k >= 8 else "line")
         for k, (cage, some) in enumerate(runs(rows, family, energy).items())
     ]
-    title = f"{_TITLES[which]}, {family}"
-    return plot(title, Axis("vertices", log=True), Axis(_TITLES[energy] if which != "radius" else "radius / size", log=True), series)
+    label = ENERGY_LABELS[energy]
+    words, across = (f"Least radius of curvature under {label}", "radius / size") if which == "radius" else (label, label)
+    return plot(f"{words}, {family}", Axis("vertices", log=True), Axis(across, log=True), series)
 
 
 def _bent(rows: Sequence[Row]) -> str:

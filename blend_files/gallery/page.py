@@ -10,12 +10,11 @@ from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from addon.core.energy import number_text
+from addon.core.energy import ENERGY_LABELS, number_text
 from . import answers_page, artists, constrained_page, contents, figures, solve
 from .markup import cells, grid, picture, section, significant
 from .store import Item, Store
 
-_LABELS = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 _STYLE = """
 body { font: 16px/1.55 sans-serif; color: #222; max-width: 1180px; margin: 0 auto; padding: 1em }
 p, li { max-width: 46em } img { max-width: 100%; height: auto; display: block } figure { margin: 0 }
@@ -191,7 +190,7 @@ def _row(store: Store, name: str, setting: str, mine: Sequence[Mapping[str, obje
     solved = {row["energy"]: row for row in mine if row["cage"] == name and row["setting"] == setting}
     energies = [energy for energy in solve.ENERGIES if energy in solved]
     large, *small = contents.row_files(name, setting, 1 + len(energies))
-    lines = [("input", *(f"{_LABELS[energy]} {number_text(start[energy])}" for energy in solve.ENERGIES))]
+    lines = [("input", *(f"{ENERGY_LABELS[energy]} {number_text(start[energy])}" for energy in solve.ENERGIES))]
     lines += [_lines(name, store.result(contents.solve_name(name, energy, setting))) for energy in energies]
     return f"<h3>{escape(name.replace('_', ' '))}</h3>" + cells(large, list(zip(small, lines)))
 
@@ -200,7 +199,7 @@ def _lines(name: str, record: Mapping[str, object]) -> tuple[str, ...]:
     """Under a minimizer."""
     left_open = ", ".join(f"{label} {figures.error_text(record[key])}" for label, key in figures.LEFT_OPEN)
     return (
-        f"{_LABELS[record['energy']]} {number_text(record['value'])}", left_open,
+        f"{ENERGY_LABELS[record['energy']]} {number_text(record['value'])}", left_open,
         f"∫H² {record['h2']:.4f}", figures.mark(name, record),
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from mathutils import Matrix, Vector
 
 from addon.binding.library import Mesh, load
 from addon.binding.values import Cage
-from addon.core.energy import number_text
+from addon.core.energy import ENERGY_LABELS, number_text
 from addon.scene.write_result import make_mesh
 from addon.render import studio
 from . import contents, falling, figures, light, png, solve
@@ -30,7 +30,6 @@ COLOURS = {
     "input": (0.50, 0.50, 0.50), "willmore": (0.16, 0.34, 0.66),
     "mvs": (0.16, 0.46, 0.26), "mvs_cross": (0.74, 0.28, 0.11),
 }  # fmt: skip
-TITLES = {"willmore": "Willmore", "mvs": "MVS", "mvs_cross": "MVS_cross"}
 SETTING_TITLES = {"default": "curvopt", "report": "as the report"}
 
 _WHITE = (1.0, 1.0, 1.0)
@@ -165,7 +164,7 @@ def input_lines(name: str, figures: Mapping[str, float]) -> tuple[str, ...]:
 
 def result_lines(cage: str, record: Mapping[str, object]) -> tuple[str, ...]:
     """Under a minimizer: its energy, int H^2, what is left open of the energy, and what is certain of it."""
-    label = "W" if record["energy"] == "willmore" else TITLES[record["energy"]]
+    label = "W" if record["energy"] == "willmore" else ENERGY_LABELS[record["energy"]]
     return (
         f"{label} {number_text(record['value'])}   int H² {record['h2']:.4f}",
         "   ".join(f"{name} {figures.error_text(record[key])}" for name, key in figures.LEFT_OPEN),
@@ -177,7 +176,7 @@ def draw_sheet(store: Store, item: Item) -> dict[str, object]:
     """Some rows of a table under a head, for the README: what curvopt makes of them."""
     table, width = item.inputs["table"], item.inputs["width"]
     energies = [energy for energy, setting in contents.columns(table) if setting == "default"]
-    heads = ["Input", *(TITLES[energy] for energy in energies)]
+    heads = ["Input", *(ENERGY_LABELS[energy] for energy in energies)]
     head, foot = (store.path(f"pictures/.{end}.{table}.{os.getpid()}.png") for end in ("head", "foot"))
     try:
         _draw_head(heads, head, width)
@@ -239,7 +238,7 @@ def draw_cover(store: Store, item: Item) -> dict[str, object]:
     net, on_edge = faceted(cage, _EDGE)
     centre, size = centre_and_size(dense(cage, "limit", 2_000))
     net = replace(net, points=(net.points - centre) / size)
-    label, direction = TITLES[record["energy"]], studio.view_direction(before.points)
+    label, direction = ENERGY_LABELS[record["energy"]], studio.view_direction(before.points)
     grey, ink = np.array(COLOURS["input"]), np.array((0.06, 0.06, 0.07))
     captions = f"{label} {number_text(record['start'])}", f"{label} {number_text(record['value'])}"
     cells = [
