@@ -8,12 +8,11 @@ from html import escape
 
 from addon.core.energy import ENERGY_LABELS
 from . import genus_page, solve
-from .markup import grid, picture, section, significant
+from .markup import command, grid, picture, section, significant
 from .store import Store
 from .torus_nets import exact_cross
 from .torus_profile import CLIFFORD, RULES
 
-_COMMAND = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only {}"
 _NOISE = 3e-4  # what net and quadrature leave open of int H^2
 
 
@@ -26,7 +25,7 @@ def sections(store: Store, fresh: Collection[str]) -> list[str]:
 def _answer(name: str, title: str, text: Sequence[str], *parts: str) -> str:
     paragraphs = "".join(f"<p>{escape(paragraph)}</p>" for paragraph in text)
     return section(
-        name, title, paragraphs, picture(f"pictures/{name}.svg", title), *parts, f"<pre>{_COMMAND.format(name)}</pre>"
+        name, title, paragraphs, picture(f"pictures/{name}.svg", title), *parts, f"<pre>{command('--only ' + name)}</pre>"
     )
 
 

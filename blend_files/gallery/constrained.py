@@ -19,7 +19,6 @@ from .store import Item, Store
 USES = (solve,)  # (`store`)
 _FREE = 2  # curvopt_spacing: necks want faces, which an even spacing takes from them
 _TOLERANCE = 1e-6  # of integrals, by which it can be free: vertices slide where coarse rules are wrong
-CLIFFORD = 2 * math.pi**2
 
 
 @dataclass(frozen=True)
@@ -34,15 +33,16 @@ class Vesicle:
 
 
 _SOLVER = "axisymmetric solver of the tests (tests/oracle/vesicle_branches.csv)"
+_TORUS = 2 * math.pi**2
 _THEOREM = "Moebius images of Clifford's torus (Marques, Neves 2014)"
 VESICLES: Mapping[str, Vesicle] = {
     "prolate_90": Vesicle("prolate", 0.90, 14.949507815940, _SOLVER),
     "prolate_70": Vesicle("prolate", 0.70, 20.649945184557, _SOLVER),
     "oblate_60": Vesicle("oblate", 0.60, 24.575803038922, _SOLVER),
     "stomatocyte_54": Vesicle("stomatocyte", 0.54, 24.942412644930, _SOLVER),
-    "torus_75": Vesicle("torus", 0.75, CLIFFORD, _THEOREM),
-    "torus_85": Vesicle("torus", 0.85, CLIFFORD, _THEOREM),
-    "torus_95": Vesicle("torus", 0.95, CLIFFORD, _THEOREM),
+    "torus_75": Vesicle("torus", 0.75, _TORUS, _THEOREM),
+    "torus_85": Vesicle("torus", 0.85, _TORUS, _THEOREM),
+    "torus_95": Vesicle("torus", 0.95, _TORUS, _THEOREM),
 }  # fmt: skip
 _RINGS = (  # height, radius, and the normal's lean towards x and y: what a vase is to pass through
     (0.0, 0.55, 0.0, 0.0), (0.75, 0.95, 0.25, 0.0), (1.55, 0.50, 0.0, -0.30), (2.20, 0.42, -0.20, 0.15), (2.75, 0.72, 0.0, 0.0),
@@ -142,7 +142,7 @@ def vase() -> Cage:
         for k in range(len(rows) - 1)
         for i in range(_ROUND)
     ]
-    return Cage(points, np.full(len(faces), 4, np.int32), np.array(faces, np.int32).ravel())
+    return api.cage(points, faces)
 
 
 def pass_through(store: Store, item: Item) -> dict[str, object]:

@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 from html import escape
 
 from addon.core.energy import ENERGY_LABELS
-from . import constrained
-from .markup import grid, picture, section, significant
+from . import constrained, theorems
+from .markup import command, grid, picture, section, significant
 from .store import Store
 
 _VESICLES = (
@@ -37,7 +37,6 @@ def sections(store: Store, fresh: Collection[str]) -> list[str]:
     sources = sorted({vesicle.source for vesicle in constrained.VESICLES.values()})
     rings = [_ring_row(energy, store.result(f"rings.{energy}")) for energy in constrained.RING_ENERGIES]
     heads = ("energy", "before", "after", "net", "rule", "verdict", "vertices", "s")
-    command = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only constrained"
     return [section(
         "constrained", "Shapes that have something to do",
         f"<p>{escape(_VESICLES)}</p>", picture("pictures/vesicles.png", "vesicles of one area"),
@@ -45,20 +44,15 @@ def sections(store: Store, fresh: Collection[str]) -> list[str]:
         f"<p>{escape(_TORI)}</p>", picture("pictures/tori_by_volume.png", "tori of one area and one bending energy"),
         grid(_HEADS, body), f"<p>Exact values: {escape('; '.join(sources))}.</p>",
         f"<p>{escape(_RINGS)}</p>", picture("pictures/rings.png", "a vase through five rings"), grid(heads, rings),
-        f"<pre>{command}</pre>",
+        f"<pre>{command('--only constrained')}</pre>",
     )]  # fmt: skip
-
-
-def inside(record: Mapping[str, object]) -> bool:
-    """Whether the exact value lies within what net and rule leave open of a figure."""
-    return -record["quadrature_error"] <= record["h2"] - record["exact"] <= record["net_share"] + record["quadrature_error"]
 
 
 def _row(name: str, record: Mapping[str, object]) -> tuple[object, ...]:
     return (
         constrained.VESICLES[name].kind, f"{record['volume']:.2f}", significant(record["h2"], 8),
         significant(record["exact"], 8), significant(record["net_share"], 2), significant(record["quadrature_error"], 2),
-        "yes" if inside(record) else "no", significant(record["missed"], 1), record["verdict"], record["vertices"],
+        "yes" if theorems.inside(record, record["exact"]) else "no", significant(record["missed"], 1), record["verdict"], record["vertices"],
         f"{record['seconds']:.1f}",
     )  # fmt: skip
 

@@ -5,7 +5,6 @@ rings."""
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -33,9 +32,9 @@ def draw_vesicles(store: Store, item: Item) -> dict[str, object]:
     for need in item.needs:
         record = store.result(need)
         kind = constrained.VESICLES[need.split(".")[1]].kind
-        lines = (f"{kind}, volume {record['volume']:.2f}", f"int H² {record['h2']:.4f}")
+        lines = (f"{kind}, volume {record['volume']:.2f}", f"int H² {record['h2']:.4f}", pictures.left_open(record), record["verdict"])
         cells.append(pictures.Cell(_of_one_area(dense(store.cage(need), "limit", _QUADS)), pictures.COLOURS["willmore"], lines))
-    _write(store, item, cells, _FROM_ABOVE)
+    store.write(item.files[0], write_png(pictures.row_pixels(store, item, cells, _FROM_ABOVE)))
     return {"view": _FROM_ABOVE.tolist()}
 
 
@@ -49,20 +48,11 @@ def draw_rings(store: Store, item: Item) -> dict[str, object]:
     for need in item.needs:
         record, energy = store.result(need), need.split(".")[1]
         words = f"{ENERGY_LABELS[energy]} {number_text(record['value'])}"
-        shown.append((dense(store.cage(need), "limit", _QUADS), pictures.COLOURS[energy], (words, record["verdict"])))
+        shown.append((dense(store.cage(need), "limit", _QUADS), pictures.COLOURS[energy], (words, pictures.left_open(record), record["verdict"])))
     cells = [_with_wires(replace(shape, points=(shape.points - centre) / size), colour, wires, lines)
              for shape, colour, lines in shown]  # fmt: skip
-    _write(store, item, cells, _FROM_THE_SIDE)
+    store.write(item.files[0], write_png(pictures.row_pixels(store, item, cells, _FROM_THE_SIDE)))
     return {"view": _FROM_THE_SIDE.tolist()}
-
-
-def _write(store: Store, item: Item, cells: Sequence[pictures.Cell], direction: np.ndarray) -> None:
-    draft = store.path(f"pictures/.{item.name}.{os.getpid()}.png")
-    try:
-        pictures.draw_cells(cells, draft, item.inputs, direction)
-        store.write(item.files[0], write_png(pictures.read_pixels(draft)))
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _of_one_area(shape: Dense) -> Dense:

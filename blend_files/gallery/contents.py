@@ -357,8 +357,7 @@ def _answer_holes(make: Callable[..., Cage], measure: Measure, draw: Draw) -> li
 
 def holes_name(family: str, cage: str, energy: str, levels: int) -> str:
     """The item that minimizes a third-order energy of a cage of `layouts`."""
-    words = "".join(c if c.isalnum() else "_" for c in f"{family}_{cage}")
-    return f"holes.{words}.{energy}.{levels}"
+    return f"holes.{genus.file_name(f'{family}_{cage}')}.{energy}.{levels}"
 
 
 def _falls(name: str, tags: frozenset[str]) -> list[Item]:

@@ -34,16 +34,16 @@ Row = Mapping[str, object]
 
 def descend(store: Store, item: Item) -> list[dict[str, object]]:
     """Minimizes `energy` (a term or a mix) of one cage of a `family` with `symmetry`, a run of its own for each number of
-    levels from three to `levels`, as long as no more than `room` vertices are left that no symmetry takes to each other. A row of FIELDS each; none where all symmetries are kept
-    anyhow, because there are none, and fewer are asked for."""
+    levels from three to `levels`, as long as no more than `room` vertices are left that no symmetry takes to each other. A
+    row of FIELDS each; none where fewer symmetries are asked for than all, and there are none."""
     ((name, cage),) = item.cages.items()
     inputs, found = item.inputs, []
+    if inputs["symmetry"] != solve.SYMMETRY and not _has_symmetry(store, item):
+        return []
     for levels in range(_FIRST_LEVEL, inputs["levels"] + 1):
         request = job.Request(inputs["energy"], levels, {"threads": 1}, symmetry=inputs["symmetry"])
         solution = job.solve(cage, request)
         found.append(row_of(solution, inputs["family"], name, request))
-        if inputs["symmetry"] != solve.SYMMETRY and solution.symmetry_order == 1 and not _has_symmetry(store, item):
-            return []
         if 4 * found[-1]["vertices"] / solution.symmetry_order > inputs["room"]:
             break
     return found
@@ -126,10 +126,15 @@ def items(make: layouts.Make) -> list[Item]:
     return [*parts, Item("genus.table", table, {}, frozenset({TAG}), needs, ("genus.csv",), cost=0.1)]
 
 
+def file_name(words: str) -> str:
+    """Words as a part of a file's name."""
+    return "".join(c if c.isalnum() else "_" for c in words)
+
+
 def _run(
     family: str, name: str, cage: Cage, energy: str, symmetry: str, levels: int, needs: tuple[str, ...]
 ) -> Item:
     levels, room = _DEEP.get((family, name, energy), (levels, _ROOM)) if symmetry == solve.SYMMETRY else (levels, _ROOM)
     inputs = {"family": family, "energy": energy, "symmetry": symmetry, "levels": levels, "room": room}
-    words = "".join(c if c.isalnum() else "_" for c in f"{family}.{name}.{energy}.{symmetry}")
+    words = file_name(f"{family}.{name}.{energy}.{symmetry}")
     return Item(f"genus.{words}", descend, inputs, frozenset({TAG}), needs, cages={name: cage}, cost=20.0)

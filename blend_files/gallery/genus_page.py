@@ -8,13 +8,12 @@ from html import escape
 
 from addon.core.energy import ENERGY_LABELS
 from . import genus, genus_plots
-from .markup import grid, picture, section, significant
+from .markup import command, grid, picture, section, significant
 
-_COMMAND = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR --only {}"
 _ARGUMENT = (
     "The report found MVS of genus 2 at one value, on one net. Is there a least value, and a shape that has it? MVS is the "
     "integral of (dk₁/de₁)² + (dk₂/de₂)²: how much each principal curvature changes along its own lines. It is 0 where "
-    "these lines are circles, which is so on Dupin's cyclides alone, spheres and tori among them; they have one hole at most. So with "
+    "neither does, which is so on Dupin's cyclides alone, spheres and tori among them; they have one hole at most. So with "
     "more holes MVS is above 0, and the question is whether a surface has the least, or whether one comes nearer to it for "
     "ever without getting there.",
     "A handle cannot just become small: multiplied by the area MVS does not see size, so a handle of a hundredth of the "
@@ -31,9 +30,9 @@ _ARGUMENT = (
     "pinching.",
 )
 _BENT = (
-    "The same without nets' help: Willmore's energy, which does not let a neck close, is added with less and less weight "
-    "(30, 10, 3, 1, 0.3, and none). Where MVS falls as long as ∫H² rises, there is no least; where the curve ends, "
-    "there is."
+    "The same without the net's help: Willmore's energy, which is infinite for a neck that closes along an arc, is added with "
+    "less and less weight (30, 10, 3, 1, 0.3, and none), on the finest level. A curve on which MVS goes on falling while ∫H² rises "
+    "speaks of necks that close; one that comes to an end speaks of a least value."
 )
 _HEADS = ("family", "cage", "energy", "symmetries", "levels", "vertices", "value", "net", "rule", "∫H²", "least radius",
           "verdict", "s")  # fmt: skip
@@ -68,7 +67,7 @@ def holes(result: Mapping[str, Sequence[Mapping]]) -> str:
         *plots, f"<details><summary>All cages, finest level</summary>{grid(_HEADS, body)}</details>",
         "<p>These figures are those of a campaign, an hour of two cores, committed as "
         "<code>blend_files/gallery/data/genus.csv</code>; certificates are for up to 50 000 vertices (beyond: unknown).</p>"
-        f"<pre>{_COMMAND.format('holes')}</pre><pre>{_COMMAND.format(genus.TAG)}</pre>",
+        f"<pre>{command('--only holes')}</pre><pre>{command('--only ' + genus.TAG)}</pre>",
     )  # fmt: skip
 
 
@@ -83,7 +82,7 @@ def sentence(found: Mapping[str, object]) -> str:
     others = [cage for cage in found["same"] if cage != low["cage"]]
     pinching = "; ".join(found["pinching"])
     if low["cage"] in found["pinching"]:
-        text = f"the lowest is {lowest}, and is pinching: there is no least among these. Pinching are {pinching}"
+        text = f"the lowest is {lowest}, and is pinching: none of these shapes is a least one. Pinching are {pinching}"
     else:
         text = f"the lowest is {lowest}; {len(others)} more end at this shape" + (f" ({'; '.join(others)})" if others else "")
         if pinching:

@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from addon.core.energy import ENERGY_LABELS, number_text
 from addon.render import studio
-from . import contents, figures, light, pictures, png
+from . import contents, light, pictures, png
 from . import dense as dense_shapes
 from .dense import dense
 from .png import write_png
 from .store import Item, Store
 
-USES = (pictures, figures, light, dense_shapes, png, studio)  # (`store`)
+USES = (pictures, light, dense_shapes, png, studio)  # (`store`)
 _QUADS = 40_000
 
 
@@ -28,10 +27,7 @@ def draw_holes(store: Store, item: Item) -> dict[str, object]:
 def _cell(store: Store, family: str, cage: str, energy: str, levels: int) -> pictures.Cell:
     name = contents.holes_name(family, cage, energy, levels)
     record = store.result(name)
-    lines = (
-        f"{family}: {cage}", f"{ENERGY_LABELS[energy]} {number_text(record['value'])}   int H² {record['h2']:.2f}",
-        f"net {figures.error_text(record['net_share'])}, {record['verdict']}",
-    )  # fmt: skip
+    lines = (f"{family}: {cage}", *pictures.result_lines(cage, record))
     shape = pictures.unit(dense(store.cage(name), "limit", _QUADS))
     return pictures.Cell(shape, pictures.COLOURS[energy], lines)
 

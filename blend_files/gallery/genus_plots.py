@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from addon.core.energy import ENERGY_LABELS
 from . import genus, solve
@@ -11,11 +11,10 @@ from .plot import Axis, Series, plot
 from .store import Item, Store
 
 USES = (genus,)  # (`store`)
-FAMILIES = ("genus 2", "genus 3", "tetrahedral", "cubical")
+FAMILIES = tuple(genus.BENT_CAGES)
 PLOTS = ("mvs", "radius", "mvs_cross")
 _SAME = 0.05  # shapes whose int H^2 differs by less are taken for one, if radii differ by less than four times that
 _PINCHING = 0.75  # what is left of the least radius after the last level where it is on its way to nothing
-Row = Mapping[str, object]
 
 
 def plot_file(family: str, which: str) -> str:
@@ -38,23 +37,23 @@ def draw(store: Store, item: Item) -> dict[str, object]:
     return {"findings": found, "runs": [dict(row) for row in finest(rows)], "fewer": fewer(rows)}
 
 
-def runs(rows: Sequence[Row], family: str, energy: str, symmetry: str = solve.SYMMETRY) -> dict[str, list[Row]]:
+def runs(rows: Sequence[genus.Row], family: str, energy: str, symmetry: str = solve.SYMMETRY) -> dict[str, list[genus.Row]]:
     """By cage: its runs, from few levels to many."""
-    found: dict[str, list[Row]] = {}
+    found: dict[str, list[genus.Row]] = {}
     for row in rows:
         if (row["family"], row["energy"], row["symmetry"]) == (family, energy, symmetry):
             found.setdefault(str(row["cage"]), []).append(row)
     return {cage: sorted(some, key=lambda row: row["levels"]) for cage, some in found.items()}
 
 
-def finest(rows: Sequence[Row]) -> list[Row]:
+def finest(rows: Sequence[genus.Row]) -> list[genus.Row]:
     """The run of most levels of each cage, for both energies."""
     return [
         some[-1] for family in FAMILIES for energy in genus.ENERGIES for some in runs(rows, family, energy).values()
     ]
 
 
-def is_pinching(some: Sequence[Row]) -> bool:
+def is_pinching(some: Sequence[genus.Row]) -> bool:
     """Whether the runs of a cage, by levels, are on their way to necks of no radius: the last level took a good part of the
     least radius and still added to int H^2."""
     if len(some) < 2:
@@ -63,13 +62,13 @@ def is_pinching(some: Sequence[Row]) -> bool:
     return last["least_radius"] < _PINCHING * before["least_radius"] and last["h2"] > (1 + _SAME) * before["h2"]
 
 
-def is_one_shape(one: Row, other: Row) -> bool:
+def is_one_shape(one: genus.Row, other: genus.Row) -> bool:
     """Whether two results are taken for one shape."""
     close = abs(one["h2"] / other["h2"] - 1) < _SAME
     return close and abs(one["least_radius"] / other["least_radius"] - 1) < 4 * _SAME
 
 
-def finding(rows: Sequence[Row], family: str, energy: str) -> dict[str, object]:
+def finding(rows: Sequence[genus.Row], family: str, energy: str) -> dict[str, object]:
     """What the cages of a family say of an energy: the lowest result, which cages end at its shape (as it is on
     as many levels), which are pinching, and of the rest how far above."""
     by_cage = runs(rows, family, energy)
@@ -78,16 +77,15 @@ def finding(rows: Sequence[Row], family: str, energy: str) -> dict[str, object]:
     pinching = [cage for cage, some in by_cage.items() if is_pinching(some)]
     beside = {row["levels"]: row for row in by_cage[str(lowest["cage"])]}
     same = [cage for cage, row in last.items() if cage not in pinching and is_one_shape(row, beside.get(row["levels"], lowest))]
-    settled = [row["value"] for cage, row in last.items() if cage not in pinching]
     return {
         "family": family, "energy": energy, "cages": len(last), "lowest": dict(lowest), "same": same,
         "pinching": pinching, "highest": max(row["value"] for row in last.values()),
         "lowest_pinching": min((last[cage]["value"] for cage in pinching), default=None),
-        "settled": len(settled), "certified": sum(row["verdict"] == "minimum" for row in last.values()),
+        "settled": len(last) - len(pinching),
     }  # fmt: skip
 
 
-def fewer(rows: Sequence[Row]) -> list[dict[str, object]]:
+def fewer(rows: Sequence[genus.Row]) -> list[dict[str, object]]:
     """For each family and energy, of the cages that have symmetries: how many end lower where these may go, on the same
     level, and by how much at most."""
     found = []
@@ -104,7 +102,7 @@ def fewer(rows: Sequence[Row]) -> list[dict[str, object]]:
     return found
 
 
-def _by_vertices(rows: Sequence[Row], family: str, which: str) -> str:
+def _by_vertices(rows: Sequence[genus.Row], family: str, which: str) -> str:
     energy = "mvs" if which == "radius" else which
     field = "least_radius" if which == "radius" else "value"
     series = [
@@ -116,7 +114,7 @@ def _by_vertices(rows: Sequence[Row], family: str, which: str) -> str:
     return plot(f"{words}, {family}", Axis("vertices", log=True), Axis(across, log=True), series)
 
 
-def _bent(rows: Sequence[Row]) -> str:
+def _bent(rows: Sequence[genus.Row]) -> str:
     """MVS against int H^2 where Willmore's energy is added with less and less weight, on the finest level of each."""
     series = []
     for family, cages in genus.BENT_CAGES.items():

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from addon.binding import api
 from addon.binding.values import Cage
 
 Cell = tuple[int, int, int]
@@ -27,14 +28,18 @@ def families(make: Make) -> dict[str, dict[str, Cage]]:
     }  # fmt: skip
 
 
-def _genus_2(make: Make) -> dict[str, Cage]:
-    lawson = make("lawson", 2)
+def _lawson(make: Make, genus: int, other: str, **changes: object) -> dict[str, Cage]:
+    """Lawson's cage of a genus by five layouts, one of them by `changes` of its frame."""
+    lawson = make("lawson", genus)
     return {
-        "lawson": lawson,
-        "lawson, split hubs": make("lawson", 2, hub="split", shoulder=0.25),
-        "lawson, long arms": make("lawson", 2, rings=5),
-        "lawson, diagonal": diagonal(lawson),
-        "lawson, dual": dual(lawson),
+        "lawson": lawson, f"lawson, {other}": make("lawson", genus, **changes),
+        "lawson, long arms": make("lawson", genus, rings=5), "lawson, diagonal": diagonal(lawson), "lawson, dual": dual(lawson),
+    }  # fmt: skip
+
+
+def _genus_2(make: Make) -> dict[str, Cage]:
+    return {
+        **_lawson(make, 2, "split hubs", hub="split", shoulder=0.25),
         "pretzel": make("pretzel"),
         "eight": _cubes(make, _slab(5, 3), {(1, 1, 0), (3, 1, 0)}),
         "thick eight": _cubes(make, _block(5, 3, 2), {(x, 1, z) for x in (1, 3) for z in (0, 1)}),
@@ -47,19 +52,14 @@ def _genus_2(make: Make) -> dict[str, Cage]:
 
 
 def _genus_3(make: Make) -> dict[str, Cage]:
-    lawson = make("lawson", 3)
-    ring, openings = {(1, 1, 1)}, {"x": (0, 1, 1), "y": (1, 0, 1), "z": (1, 1, 0), "X": (2, 1, 1), "Y": (1, 2, 1)}
+    middle, openings = {(1, 1, 1)}, {"x": (0, 1, 1), "y": (1, 0, 1), "z": (1, 1, 0), "X": (2, 1, 1), "Y": (1, 2, 1)}
     return {
-        "lawson": lawson,
-        "lawson, poles": make("lawson", 3, hub="pole", rings=3),
-        "lawson, long arms": make("lawson", 3, rings=5),
-        "lawson, diagonal": diagonal(lawson),
-        "lawson, dual": dual(lawson),
+        **_lawson(make, 3, "poles", hub="pole", rings=3),
         "three in a row": _cubes(make, _slab(7, 3), {(1, 1, 0), (3, 1, 0), (5, 1, 0)}),
         "three in an L": _cubes(make, _slab(5, 5) - {(4, 4, 0), (3, 4, 0), (4, 3, 0)},
                                 {(1, 1, 0), (3, 1, 0), (1, 3, 0)}),
-        "crossing tunnels": _cubes(make, _block(3, 3, 3), ring | {openings[k] for k in "xXyY"}),
-        "four openings": _cubes(make, _block(3, 3, 3), ring | {openings[k] for k in "xXyz"}),
+        "crossing tunnels": _cubes(make, _block(3, 3, 3), middle | {openings[k] for k in "xXyY"}),
+        "four openings": _cubes(make, _block(3, 3, 3), middle | {openings[k] for k in "xXyz"}),
         "three tunnels": _cubes(make, _block(3, 3, 7), {(x, 1, 1) for x in range(3)} | {(1, y, 3) for y in range(3)}
                                 | {(x, 1, 5) for x in range(3)}),
         "tetrahedral": make("polyhedral", "tetrahedron"),
@@ -108,7 +108,7 @@ def diagonal(cage: Cage) -> Cage:
         near[face] += centre
         count[face] += 1
     moved = (points + near / count[:, None]) / 2
-    return _cage(np.concatenate([moved, centres]), quads)
+    return api.cage(np.concatenate([moved, centres]), quads)
 
 
 def dual(cage: Cage) -> Cage:
@@ -125,7 +125,7 @@ def dual(cage: Cage) -> Cage:
         while ring[face[-1]] != face[0]:
             face.append(ring[face[-1]])
         found.append(tuple(face))
-    return _cage(_centres(cage), found)
+    return api.cage(_centres(cage), found)
 
 
 def _faces(cage: Cage) -> list[list[int]]:
@@ -141,8 +141,3 @@ def _edges(faces: list[list[int]]) -> dict[tuple[int, int], tuple[int, int]]:
     """By edge (a, b), a < b: the faces left and right of it, looking from a to b from outside."""
     left = {edge: index for index, face in enumerate(faces) for edge in zip(face, face[1:] + face[:1])}
     return {(a, b): (index, left[b, a]) for (a, b), index in left.items() if a < b}
-
-
-def _cage(points: np.ndarray, faces: list[tuple[int, ...]]) -> Cage:
-    sizes = np.array([len(face) for face in faces], np.int32)
-    return Cage(points, sizes, np.concatenate([np.array(face, np.int32) for face in faces]))

@@ -7,6 +7,12 @@ from collections.abc import Sequence
 from html import escape
 
 
+def command(options: str) -> str:
+    """What makes a part of the gallery."""
+    start = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR"
+    return f"{start} {options}".rstrip()
+
+
 def section(name: str, title: str, *parts: str) -> str:
     """A section of the page, with a name to link to."""
     return f'<section id="{escape(name)}"><h2>{escape(title)}</h2>\n' + "\n".join(parts) + "</section>"

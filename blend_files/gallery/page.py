@@ -12,7 +12,7 @@ from pathlib import Path
 
 from addon.core.energy import ENERGY_LABELS, number_text
 from . import answers_page, artists, constrained_page, contents, figures, solve
-from .markup import cells, grid, picture, section, significant
+from .markup import cells, command, grid, picture, section, significant
 from .store import Item, Store
 
 _STYLE = """
@@ -75,12 +75,6 @@ _OWN = (
     "page), open the sidebar with N, and press <i>Minimize</i>; the preset <i>Global Minimum</i> does what was done "
     "here. Or by the command line: <code>curvopt minimize CAGE.obj -o OUT.obj --energy mvs --levels 4</code>.",
 )
-
-
-def command(options: str) -> str:
-    """What makes a part of the gallery."""
-    start = "blender -b --factory-startup --python-exit-code 1 -P blend_files/gallery/make.py -- --output DIR"
-    return f"{start} {options}".rstrip()
 
 
 def write(store: Store, fresh: Collection[str], items: Mapping[str, Item]) -> Path:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -39,11 +38,6 @@ def draw(store: Store, item: Item) -> dict[str, object]:
     cells[1] = replace(cells[1], colour=(0.80, 0.30, 0.10))
     rows = []
     for look, shown in (("zebra", [replace(cell, lines=()) for cell in cells]), ("clay", cells)):
-        draft = store.path(f"pictures/.{item.name}.{look}.{os.getpid()}.png")
-        try:
-            pictures.draw_cells(shown, draft, item.inputs, _VIEW, look)
-            rows.append(pictures.read_pixels(draft))
-        finally:
-            draft.unlink(missing_ok=True)
+        rows.append(pictures.row_pixels(store, item, shown, _VIEW, look))
     store.write(item.files[0], write_below(np.concatenate(rows), _BYTES))
     return {"view": _VIEW.tolist()}

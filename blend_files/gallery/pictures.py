@@ -167,9 +167,14 @@ def result_lines(cage: str, record: Mapping[str, object]) -> tuple[str, ...]:
     label = "W" if record["energy"] == "willmore" else ENERGY_LABELS[record["energy"]]
     return (
         f"{label} {number_text(record['value'])}   int H² {record['h2']:.4f}",
-        "   ".join(f"{name} {figures.error_text(record[key])}" for name, key in figures.LEFT_OPEN),
+        left_open(record),
         figures.mark(cage, record),
     )  # fmt: skip
+
+
+def left_open(record: Mapping[str, object]) -> str:
+    """What is left open of a result's energy."""
+    return "   ".join(f"{name} {figures.error_text(record[key])}" for name, key in figures.LEFT_OPEN)
 
 
 def draw_sheet(store: Store, item: Item) -> dict[str, object]:
