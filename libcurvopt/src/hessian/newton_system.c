@@ -122,6 +122,15 @@ static void find_gradients(co_newton_system *m, const double *x) {
         }
 }
 
+static void find_motions(co_newton_system *m, const double *x, co_gauge gauge) {
+    if (!m->left_out) {
+        m->n_motions = co_gauge_columns(m->hessian.dofs, x, gauge, m->full, m->motion);
+        return;
+    }
+    m->n_motions = m->n_left_out;
+    memcpy(m->motion, m->left_out, (size_t)m->n_left_out * n_variables(m) * sizeof *m->motion);
+}
+
 /* Adds the ways to the motions, orthogonal to these and to each other. */
 static void add_ways(co_newton_system *m) {
     const size_t n = n_variables(m);
@@ -232,7 +241,6 @@ static void make_columns(co_newton_system *m) {
 
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error) {
-    const co_dof_map *r = m->hessian.dofs;
     co_held_residual residual[CURVOPT_N_SCALARS];
     co_second_kind wanted = *kind;
     co_integrand more;
@@ -249,7 +257,7 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
         add_spontaneous(m, &part.added, &more);
     }
     find_gradients(m, x);
-    m->n_motions = co_gauge_columns(r, x, gauge, m->full, m->motion);
+    find_motions(m, x, gauge);
     add_ways(m);
     wanted.more = &more;
     int32_t status = co_sparse_hessian_assemble(m->assembly, x, &wanted, &m->hessian, error);

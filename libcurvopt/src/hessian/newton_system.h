@@ -47,12 +47,14 @@ typedef struct co_newton_system {
     int has_part[CO_NEWTON_SYSTEM_INTEGRALS];                              /* which of G count */
     double second[CO_NEWTON_SYSTEM_INTEGRALS][CO_NEWTON_SYSTEM_INTEGRALS]; /* D */
     double slope[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS];                    /* of each constraint by the numbers */
-    double *motion;                        /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
-    int n_motions;                         /* the last of the columns */
-    int leaves_motions_out;                /* the caller's: solutions have no part of them; else they are stiff */
-    double stiffness;                      /* of motions: as the rest is in the mean */
-    int n_dense;                           /* columns of U in use */
-    double weight[CO_NEWTON_SYSTEM_DENSE]; /* diagonal of C; INFINITY: left out */
+    double *motion;         /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
+    int n_motions;          /* the last of the columns */
+    int leaves_motions_out; /* the caller's: solutions have no part of them; else they are stiff */
+    const double *left_out; /* [n_left_out][n_variables] the caller's motions, orthonormal; NULL: those */
+    int n_left_out;         /* at the positions of the matrix */
+    double stiffness;       /* of motions: as the rest is in the mean */
+    int n_dense;            /* columns of U in use */
+    double weight[CO_NEWTON_SYSTEM_DENSE];                          /* diagonal of C; INFINITY: left out */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */

@@ -72,6 +72,14 @@ static int32_t add_to_energy(co_level_hessian *h, const double *z, int exact, cu
     return CURVOPT_OK;
 }
 
+/* Steps have no part of the motions that the objective leaves out, which are those of where the level began: by a
+ * matrix without those of where it stands, what is cut off a step afterwards may be its stiffest part. */
+static void leave_out(co_level_hessian *h, co_gauge gauge) {
+    const co_level_objective *o = h->objective;
+    h->system.left_out = gauge == co_gauge_exact(o->gauge) ? o->sliding : NULL;
+    h->system.n_left_out = o->n_sliding;
+}
+
 /* The system's matrix becomes that at z, with the springs'. kind.before [n_variables]: as co_objective's assemble. */
 static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind kind, co_gauge gauge,
                            curvopt_error *error) {
@@ -88,6 +96,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
         status = create_system(h, error);
     if (before)
         co_dof_map_expand(&o->reduction, before, o->point_gradient);
+    leave_out(h, gauge);
     if (status == CURVOPT_OK)
         status = co_newton_system_assemble(&h->system, o->positions, &kind, gauge, error);
     if (status == CURVOPT_OK)
