@@ -3,6 +3,7 @@
 #include "check.h"
 #include "solve_setting.h"
 
+#include "linalg/vector.h"
 #include "solve/certificate.h"
 #include "solve/level_figures.h"
 #include "solve/newton_decrement.h"
@@ -265,9 +266,53 @@ static void test_degenerate_cage_is_refused(void **state) {
     solve_setting_free(s);
 }
 
+/* Along normals, away from where the level began: of a step by the matrix the derivative of the gradient, by a
+ * difference, is what the matrix has. The shift makes the matrix positive. */
+static void test_steps_along_normals_solve_the_derivative(void **state) {
+    (void)state;
+    const int term[2] = {CURVOPT_TERM_WILLMORE, CURVOPT_TERM_MVS};
+    for (int k = 0; k < 2; k++) {
+        curvopt_options o = solve_options(CURVOPT_SURFACE_LIMIT, term[k]);
+        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &o);
+        co_level *l = solve_level_of(s, CO_MOTION_NORMALS);
+        co_level_objective *f = &l->objective;
+        const size_t n = co_level_objective_n(f);
+        curvopt_error error;
+        double *d = calloc(3 * n, sizeof *d), *slope[2] = {d + n, d + 2 * n};
+        uint64_t seed = 7;
+        CHECK_TRUE(d != NULL && f->n_sliding > 0);
+        for (size_t i = 0; i < n; i++)
+            l->now.x[i] += 0.1 * f->edge * check_random(&seed);
+        co_level_objective_normalize(f, &l->now);
+        co_level_objective_evaluate(f, &l->now);
+        CHECK_OK(co_level_hessian_assemble(&l->hessian, &l->now, NULL, 1, &error), &error);
+        CHECK_OK(co_level_hessian_factorize_shifted(&l->hessian,
+                                                    1e-3 * co_newton_system_mean_diagonal(&l->hessian.system), &error),
+                 &error);
+        CHECK_TRUE(l->hessian.has_factor);
+        const double shift = l->hessian.shift;
+        CHECK_OK(co_level_hessian_solve(&l->hessian, l->now.gradient, d, &error), &error);
+        co_level_objective_restrict(f, d);
+        const double step = 1e-4 * f->edge / co_level_objective_length(f, d);
+        for (int side = 0; side < 2; side++) {
+            co_iterate at = {.x = s->c.xyz, .gradient = slope[side]}; /* which has room */
+            memcpy(at.x, l->now.x, n * sizeof *at.x);
+            co_vector_add(n, side ? -step : step, d, at.x);
+            co_level_objective_evaluate(f, &at);
+        }
+        for (size_t i = 0; i < n; i++)
+            CHECK_NEAR((slope[0][i] - slope[1][i]) / (2 * step) + shift * d[i], l->now.gradient[i],
+                       1e-4 * co_vector_norm(n, l->now.gradient));
+        free(d);
+        co_level_destroy(l);
+        solve_setting_free(s);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_final_level_ends_certified),
+        cmocka_unit_test(test_steps_along_normals_solve_the_derivative),
         cmocka_unit_test(test_even_level_spaces_its_cage),
         cmocka_unit_test(test_cancelled_level_keeps_the_last_iterate),
         cmocka_unit_test(test_flag_stops_a_level),
