@@ -50,10 +50,10 @@ typedef struct co_newton_system {
     double *motion;         /* [CO_NEWTON_SYSTEM_MOTIONS + 1][n_variables] orthonormal, and work */
     int n_motions;          /* the last of the columns */
     int leaves_motions_out; /* the caller's: solutions have no part of them; else they are stiff */
-    const double *left_out; /* [n_left_out][n_variables] the caller's motions, orthonormal; NULL: those */
-    int n_left_out;         /* at the positions of the matrix */
-    double stiffness;       /* of motions: as the rest is in the mean */
-    int n_dense;            /* columns of U in use */
+    const double *left_out; /* [n_left_out][n_variables] the caller's motions, orthonormal; NULL: the gauge's at x */
+    int n_left_out;
+    double stiffness;                                               /* of motions: as the rest is in the mean */
+    int n_dense;                                                    /* columns of U in use */
     double weight[CO_NEWTON_SYSTEM_DENSE];                          /* diagonal of C; INFINITY: left out */
     double inverse[CO_NEWTON_SYSTEM_DENSE][CO_NEWTON_SYSTEM_DENSE]; /* (C^-1 + U^T H^-1 U)^-1 */
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
