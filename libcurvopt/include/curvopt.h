@@ -337,7 +337,7 @@ CURVOPT_API int32_t curvopt_spacing_from_name(const char *name);
 
 /* The symmetries of the cage that a minimization keeps.
  *   AUTO       those of KEEP, but some are given up for third-order terms, whose discretization on coarse cages is
- *              often a saddle that symmetry hides: on levels of 100 to 2000 vertices the group is halved as long as
+ *              often a saddle that symmetry hides: on levels of 20 to 2000 vertices the group is halved as long as
  *              each halving lowers the energy by 6 %. With LMVM: NONE
  *   NONE       none
  *   ROTATIONS  those of KEEP that are rotations: vertices on a mirror plane may leave it

@@ -110,7 +110,7 @@
     /* Ways down from saddles, symmetry: solve/saddle_escape.c, solve/symmetry_reduction.c. */                         \
     X(int, escape_index, 4, 2, 48, "index", "of the subgroups that are tried", "63")                                   \
     X(int, escape_vertices, CURVOPT_MAX_ESCAPE_VERTICES, 1, 1000000, "vertices", "above, --escape is not tried", "65") \
-    X(int, loosen_least_vertices, 100, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")        \
+    X(int, loosen_least_vertices, 20, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")         \
     X(int, loosen_most_vertices, 2000, 1, 1000000, "vertices", "above, a run with less symmetry takes too long", "62") \
     X(double, loosen_half, 0.06, 1e-6, 1, "of the energy", "what giving up half of the symmetries must bring", "64")   \
     X(double, loosen_perhaps, 0.5, 0.01, 1, "of that", "enough for a first of two steps", "64")                        \
