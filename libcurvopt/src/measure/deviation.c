@@ -294,7 +294,7 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
 typedef struct mean {
     const co_nearest *surface; /* [2] */
     double *sums;              /* [n_patches][2] integral of the squared distance, and area */
-    int n_cells;               /* a side of a patch is cut into so many */
+    int n_cells;               /* a side of a patch is cut into so many; 0: one point a piece */
     const curvopt_cancel *cancel;
 } mean;
 
@@ -319,30 +319,33 @@ static void add_piece(const mean *m, int32_t piece, int n, int32_t *hint, double
 }
 
 static void add_patches(void *context, size_t begin, size_t end) {
-    enum { RINGS = 5, FINE_RINGS = 2 }; /* what is left out of a patch has 4^-5 of its area, about */
+    enum { RINGS = 5, FEW_RINGS = 3, FINE_RINGS = 2 }; /* what is left out of a patch has 4^-5 of its area, about */
     const mean *m = context;
+    const int32_t rings = m->n_cells > 0 ? RINGS : FEW_RINGS, fine_rings = m->n_cells > 0 ? FINE_RINGS : -1;
     const co_surface_pieces *s = m->surface[0].pieces;
     for (size_t p = begin; p < end && !co_cancel_is_requested(m->cancel); p++) {
-        int32_t hint = -1, most = s->first[p] + CO_RING_CELLS * RINGS;
+        int32_t hint = -1, most = s->first[p] + CO_RING_CELLS * rings;
         const int32_t last = s->first[p + 1] < most ? s->first[p + 1] : most;
         m->sums[2 * p] = m->sums[2 * p + 1] = 0;
         for (int32_t k = s->first[p]; k < last; k++) {
             const int ring = s->tip_of[p] < 0 ? 0 : 1 + (k - s->first[p]) / CO_RING_CELLS;
             const int half = m->n_cells >> ring;
-            add_piece(m, k, ring <= FINE_RINGS && half == 0 ? 1 : half, &hint, m->sums + 2 * p);
+            add_piece(m, k, ring <= fine_rings && half == 0 ? 1 : half, &hint, m->sums + 2 * p);
         }
     }
 }
 
 static int32_t find_mean(const co_nearest surface[2], co_thread_pool *pool, const curvopt_cancel *cancel,
                          co_deviation *out, curvopt_error *error) {
-    enum { LEAST_CELLS = 1024 }; /* with four points each */
+    enum { LEAST_CELLS = 1024, MANY_PATCHES = 8192 }; /* cells with four points each */
     const int32_t n = surface[0].pieces->patches.n_patches;
     mean m = {.surface = surface, .sums = CO_NEW(double, 2 * (size_t)n), .n_cells = 1, .cancel = cancel};
     double square = 0, area = 0;
     if (!m.sums)
         return co_status_no_memory(error);
-    while ((double)n * m.n_cells * m.n_cells < LEAST_CELLS)
+    if (n > MANY_PATCHES)
+        m.n_cells = 0;
+    while (m.n_cells > 0 && (double)n * m.n_cells * m.n_cells < LEAST_CELLS)
         m.n_cells++;
     co_thread_pool_for(pool, (size_t)n, add_patches, &m);
     for (int32_t p = 0; p < n; p++) {
