@@ -235,6 +235,21 @@ static void test_corresponding_cages(void **state) {
     cage_free(&turned);
 }
 
+/* With many patches the mean takes one point a piece: of the same surface by fewer patches it is the same. */
+static void test_mean_of_many_patches(void **state) {
+    double rms[2];
+    (void)state;
+    for (int k = 0; k < 2; k++) { /* 1 536 and 24 576 faces */
+        cage a = cage_refined(cage_shaken(cage_refined(cage_cube(), 1), 0.1), k ? 5 : 3),
+             b = cage_refined(cage_cube(), 2);
+        rms[k] = measure(&a, &b, 2).rms;
+        cage_free(&a);
+        cage_free(&b);
+    }
+    CHECK_BETWEEN(rms[0], 1e-3, 1);
+    CHECK_NEAR(rms[1], rms[0], 1e-3 * rms[0]);
+}
+
 static void test_refusals(void **state) {
     cage a = cage_cube();
     curvopt_mesh *mesh = cage_mesh(&a);
@@ -286,6 +301,7 @@ int main(void) {
         cmocka_unit_test(test_translation_and_units),
         cmocka_unit_test(test_same_surface),
         cmocka_unit_test(test_corresponding_cages),
+        cmocka_unit_test(test_mean_of_many_patches),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_cancelled_bound_still_holds),
     };

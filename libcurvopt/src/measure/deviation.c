@@ -319,7 +319,7 @@ static void add_piece(const mean *m, int32_t piece, int n, int32_t *hint, double
 }
 
 static void add_patches(void *context, size_t begin, size_t end) {
-    enum { RINGS = 5, FEW_RINGS = 3, FINE_RINGS = 2 }; /* what is left out of a patch has 4^-5 of its area, about */
+    enum { RINGS = 5, FEW_RINGS = 3, FINE_RINGS = 2 }; /* of a patch 4^-rings of its area is left out, about */
     const mean *m = context;
     const int32_t rings = m->n_cells > 0 ? RINGS : FEW_RINGS, fine_rings = m->n_cells > 0 ? FINE_RINGS : -1;
     const co_surface_pieces *s = m->surface[0].pieces;
