@@ -9,7 +9,7 @@ static const double WEIGHT = 3;
 
 /* The spacing of the variables s->z, and with g [n_variables] its gradient with respect to them. */
 static double value(variables_setting *s, double *g) {
-    const co_spacing spacing = {.mesh = s->mesh, .dofs = &s->dofs, .weight = WEIGHT};
+    const co_spacing spacing = {.edges = {.mesh = s->mesh, .dofs = &s->dofs}, .weight = WEIGHT};
     co_dof_map_expand(&s->dofs, s->z, s->x);
     if (!g)
         return co_spacing_value(&spacing, s->x, NULL);
@@ -49,7 +49,7 @@ static void check_differences(variables_setting *s) {
     co_sparse_hessian hessian = variables_hessian(s);
     CHECK_TRUE(g);
     double whole = value(s, g);
-    const co_spacing spacing = {.mesh = s->mesh, .dofs = &s->dofs, .weight = WEIGHT};
+    const co_spacing spacing = {.edges = {.mesh = s->mesh, .dofs = &s->dofs}, .weight = WEIGHT};
     CHECK_INT(co_spacing_add_hessian(&spacing, s->x, &hessian, NULL), CURVOPT_OK);
     for (int i = 0; i < n; i++) {
         double at = s->z[i];

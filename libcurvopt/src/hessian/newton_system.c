@@ -25,9 +25,14 @@ int32_t co_newton_system_create(co_assembly *assembly, const co_dof_map *dofs, c
     size_t n = (size_t)dofs->n_variables;
     *m = (co_newton_system){.assembly = assembly};
     int32_t status = co_sparse_hessian_create(assembly, dofs, couplings, &m->hessian, error);
+    if (status == CURVOPT_OK) {
+        m->damped = CO_NEW(double, m->hessian.pattern.n_entries);
+        if (!m->damped)
+            status = co_status_no_memory(error);
+    }
     if (status == CURVOPT_OK)
         status = co_sparse_cholesky_create((int32_t)n, m->hessian.pattern.column_start, m->hessian.pattern.row,
-                                           m->hessian.value, assembly->threads, assembly->cancel, &m->factor, error);
+                                           m->damped, assembly->threads, assembly->cancel, &m->factor, error);
     if (status == CURVOPT_OK) {
         m->dense = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);
         m->solved = CO_NEW(double, (CO_NEWTON_SYSTEM_DENSE + 1) * n);
@@ -52,6 +57,7 @@ void co_newton_system_free(co_newton_system *m) {
     free(m->motion);
     free(m->exact);
     free(m->gauss_newton);
+    free(m->damped);
     *m = (co_newton_system){0};
 }
 
@@ -328,13 +334,24 @@ static int positive_of_weights(const co_newton_system *m) {
 
 /* --------------------------------------------------------------------------------------------------- solving -- */
 
+/* What is to be factored, but for a multiple of the unit matrix; returns that. */
+static double damp(co_newton_system *m, const double *metric, double shift) {
+    const size_t n_entries = m->hessian.pattern.n_entries;
+    memcpy(m->damped, m->hessian.value, n_entries * sizeof *m->damped);
+    if (!metric)
+        return shift;
+    co_vector_add(n_entries, shift, metric, m->damped);
+    return m->unit_shift;
+}
+
 int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *positive, curvopt_error *error) {
     size_t n = n_variables(m);
-    int32_t n_negative = 0, status = co_sparse_cholesky_factorize(m->factor, shift, positive, error);
+    const double unit = damp(m, m->metric, shift);
+    int32_t n_negative = 0, status = co_sparse_cholesky_factorize(m->factor, unit, positive, error);
     if (n_held(m)) /* springs, a mixture: the sparse matrix may be another one since */
         make_columns(m);
     if (status == CURVOPT_OK && !*positive && n_softened(m)) {
-        status = co_sparse_cholesky_factorize_indefinite(m->factor, shift, &n_negative, error);
+        status = co_sparse_cholesky_factorize_indefinite(m->factor, unit, &n_negative, error);
         *positive = n_negative >= 0 && n_negative <= n_softened(m);
     }
     for (size_t k = 0; k < (size_t)m->n_dense && *positive && status == CURVOPT_OK; k++)
@@ -375,6 +392,7 @@ int32_t co_newton_system_count_negative(co_newton_system *m, double shift, const
         make_columns(m);
     size_t n = n_variables(m), last = (size_t)m->n_dense * n;
     memcpy(m->dense + last, b, n * sizeof *b);
+    shift = damp(m, NULL, shift);
     int32_t status =
         co_sparse_cholesky_count_negative(m->factor, shift, m->n_dense + 1, m->dense, m->solved, n_negative, error);
     if (status != CURVOPT_OK || *n_negative < 0)

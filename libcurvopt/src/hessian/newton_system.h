@@ -59,6 +59,9 @@ typedef struct co_newton_system {
     double *exact;        /* [n_entries] the Hessian, for a mixture; made when first needed */
     double *gauss_newton; /* [n_entries] the Gauss-Newton matrix, for a mixture; made when first needed */
     double mix;           /* part of the Gauss-Newton matrix in the mixture */
+    const double *metric; /* [n_entries] the caller's: a shift is a multiple of this matrix; NULL: of the unit matrix */
+    double unit_shift;    /* the caller's: with a metric, the multiple of the unit matrix that is added besides */
+    double *damped;       /* [n_entries] the sparse matrix with a shift by the metric: what is factored */
     int coarser;          /* rules of the matrix that was assembled last, as in co_second_kind */
 } co_newton_system;
 
@@ -80,17 +83,17 @@ void co_newton_system_end_gauss_newton(co_newton_system *system);
  * dense columns, which are of first derivatives, stay. */
 void co_newton_system_mix(co_newton_system *system, double mix);
 double co_newton_system_mean_diagonal(const co_newton_system *system);
-/* Factors M + shift. *positive: whether that is positive definite, and its sparse part H + shift, too; if not it cannot
- * solve. (Where the dense columns alone make M positive, this says no: what is damped gets a larger shift, and the
- * decrement is by the Gauss-Newton matrix.) Where numbers are held, H may have as many negative eigenvalues as these
- * are, and with spontaneous curvature two more. ERROR_MEMORY. */
+/* Factors M + shift (of the metric, if there is one). *positive: whether that is positive definite, and its sparse part
+ * H + shift, too; if not it cannot solve. (Where the dense columns alone make M positive, this says no: what is damped
+ * gets a larger shift, and the decrement is by the Gauss-Newton matrix.) Where numbers are held, H may have as many
+ * negative eigenvalues as these are, and with spontaneous curvature two more. ERROR_MEMORY. */
 int32_t co_newton_system_factorize(co_newton_system *system, double shift, int *positive, curvopt_error *error);
 /* x = (M + shift)^-1 b, [n_variables]; x may be b. ERROR_MEMORY. */
 int32_t co_newton_system_solve(co_newton_system *system, const double *b, double *x, curvopt_error *error);
 /* Takes motions out of v [n_variables]: its part orthogonal to them. */
 void co_newton_system_remove_motions(const co_newton_system *system, double *v);
-/* Negative eigenvalues of M + shift; -1 if it is singular to rounding. On the way x = (M + shift)^-1 b, [n_variables],
- * undefined if the count is -1. ERROR_MEMORY. */
+/* Negative eigenvalues of M + shift, whatever the metric; -1 if it is singular to rounding. On the way x = (M +
+ * shift)^-1 b, [n_variables], undefined if the count is -1. ERROR_MEMORY. */
 int32_t co_newton_system_count_negative(co_newton_system *system, double shift, const double *b, double *x,
                                         int32_t *n_negative, curvopt_error *error);
 

@@ -9,15 +9,12 @@
 #ifndef CO_HESSIAN_SPACING_H
 #define CO_HESSIAN_SPACING_H
 
-#include "constraints/interpolation.h"
-#include "hessian/sparse_hessian.h"
+#include "hessian/cage_edges.h"
 
 /* weight times the sum of |edge|^4 over all edges that can move. */
 typedef struct co_spacing {
-    const curvopt_mesh *mesh;
-    const co_dof_map *dofs;
-    const co_interpolation *interpolation; /* of the positions that dofs give; NULL: these are the cage's vertices */
-    double weight;                         /* 0: there is none */
+    co_cage_edges edges;
+    double weight; /* 0: there is none */
 } co_spacing;
 
 /* The value of cage x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */

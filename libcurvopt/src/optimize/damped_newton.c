@@ -137,23 +137,51 @@ static int is_small(const solver *s, const co_iterate *now) {
     return s->control.predicted <= s->options->decrement_tolerance * fabs(now->value);
 }
 
-/* Where the matrix is wrong in a soft direction, small steps overshoot, however small they are, and a shift that holds
- * them back makes all others stiff. Of a step in s->trial that brought too little so much as is least on the parabola
- * through its slope and both values, if that is better (Nocedal, Yuan, "Combining trust region and line search
- * techniques", 1998). The gain ratio of what is in s->trial. */
-static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
-    const double slope = co_vector_dot(s->f->n, s->direction, now->gradient);
-    const double part = -0.5 * slope / (s->trial.value - now->value - slope);
-    if (!(part > 0 && part < 1))
-        return gain_ratio;
+/* Where the parabola through the slope along s->direction and the values before and after it is least, in parts of the
+ * step in s->trial; INFINITY where it has no least value. */
+static double part_of_parabola(const solver *s, const co_iterate *now, double slope) {
+    const double bend = s->trial.value - now->value - slope;
+    return bend > 0 ? -0.5 * slope / bend : (double)INFINITY;
+}
+
+/* Another part of the step in s->trial into it, if that is better than both; 0 if it is not. */
+static int try_part(solver *s, const co_iterate *now, double part) {
     exchange(&s->trial, &s->other);
     try_step(s, now, part);
-    if (!(s->trial.value < fmin(s->other.value, now->value))) {
-        exchange(&s->trial, &s->other);
-        return gain_ratio;
+    if (s->trial.value < fmin(s->other.value, now->value)) {
+        s->control.length *= part;
+        return 1;
     }
-    s->control.length *= part;
+    exchange(&s->trial, &s->other);
+    return 0;
+}
+
+/* Where the matrix is wrong in a soft direction, small steps overshoot, however small they are, and a shift that holds
+ * them back makes all others stiff. Of a step in s->trial that brought too little so much as is least on the parabola,
+ * if that is better (Nocedal, Yuan, "Combining trust region and line search techniques", 1998). The gain ratio of what
+ * is in s->trial. */
+static double shorten(solver *s, const co_iterate *now, double gain_ratio) {
+    const double slope = co_vector_dot(s->f->n, s->direction, now->gradient);
+    const double part = part_of_parabola(s, now, slope);
+    if (!(part > 0 && part < 1) || !try_part(s, now, part))
+        return gain_ratio;
     s->control.predicted = part * (part * (slope + s->control.predicted) - slope);
+    return (now->value - s->trial.value) / s->control.predicted;
+}
+
+/* Where the matrix is too stiff along a step in s->trial that stands, a softer one is not to be had and the next would
+ * be as stiff: so far as the parabola is least, from twice the step on, if that is better. Then it is the parabola's
+ * decrease that was predicted. The gain ratio of what is in s->trial. */
+static double extend(solver *s, const co_iterate *now, double gain_ratio) {
+    const size_t n = s->f->n;
+    for (size_t i = 0; i < n; i++)
+        s->direction[i] = s->trial.x[i] - now->x[i]; /* a softer one may have been tried since */
+    const double slope = co_vector_dot(n, s->direction, now->gradient);
+    const double least = part_of_parabola(s, now, slope), bend = s->trial.value - now->value - slope;
+    const double part = fmin(least, s->control.cap / s->control.length);
+    if (!(part >= 2) || !try_part(s, now, part))
+        return gain_ratio;
+    s->control.predicted = -part * (slope + part * bend);
     return (now->value - s->trial.value) / s->control.predicted;
 }
 
@@ -198,8 +226,10 @@ static search find_step(solver *s, const co_iterate *now) {
         if (is_last(s, now) && gain_ratio < t->newton_good)
             gain_ratio = shorten(s, now, gain_ratio);
         if (gain_ratio > t->newton_accept) {
-            if (!is_small(s, now))
+            if (!is_small(s, now)) {
                 gain_ratio = lengthen(s, now, gain_ratio, least);
+                gain_ratio = extend(s, now, gain_ratio);
+            }
             s->shift = s->used.shift * (gain_ratio > t->newton_exact  ? 1 / t->newton_fall
                                         : gain_ratio > t->newton_good ? 1 / t->newton_change
                                         : gain_ratio < t->newton_poor ? t->newton_change

@@ -15,6 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of the value: below, a decrease is rounding for the most part. */
+static const double KNOWN_DECREASE = 1e-11;
+
 typedef struct history {
     int memory, n_pairs, newest;
     double *s, *y;      /* [memory][n] */
@@ -30,6 +33,7 @@ typedef struct solver {
     co_iterate trial;
     double *direction;
     co_step_control control;
+    double decrease;    /* by the last step; 0 where none is known */
     double slope;       /* gradient.direction */
     double step_excess; /* step_excess_of() the last direction */
     int stale_steps;    /* steps since the preconditioner was updated */
@@ -108,6 +112,15 @@ static double step_excess_of(const solver *s, double length, double step) {
     return fmax(length / s->control.cap, cut);
 }
 
+/* What of a direction to try first: all; of a matrix, where the step comes that would bring what the last one brought
+ * (Nocedal, Wright, "Numerical optimization", 2nd ed. 2006, eq. 3.60). */
+static double first_step(const solver *s, const co_iterate *now) {
+    const double least = s->options->tuning->lbfgs_first_least, margin = 1.01;
+    if (!s->f->precondition || !(s->decrease > KNOWN_DECREASE * fabs(now->value)))
+        return 1;
+    return fmin(1, fmax(least, -2 * margin * s->decrease / s->slope));
+}
+
 /* One accepted step into s->trial; 0 if there is none to be had. */
 static int find_step(solver *s, const co_iterate *now) {
     for (;;) {
@@ -115,12 +128,14 @@ static int find_step(solver *s, const co_iterate *now) {
         find_direction(s, now->gradient);
         if (s->slope < 0) {
             double length = s->f->step_length(s->f->context, s->direction);
-            co_line_search search = {.tuning = s->options->tuning, .step = 1, .max_step = s->control.cap / length};
+            co_line_search search = {
+                .tuning = s->options->tuning, .step = first_step(s, now), .max_step = s->control.cap / length};
             int ok = co_line_search_wolfe(s->f, now, s->direction, &search, &s->trial);
             s->outcome->evaluations += search.evaluations;
             s->step_excess = step_excess_of(s, length, ok ? search.step : 1);
             s->control.length = search.step * length;
             s->control.predicted = -search.step * (1 - 0.5 * search.step) * s->slope;
+            s->decrease = ok ? now->value - s->trial.value : 0;
             if (ok)
                 return 1;
         }

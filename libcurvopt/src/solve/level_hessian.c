@@ -2,6 +2,7 @@
 #include "solve/level_hessian.h"
 
 #include "base/memory.h"
+#include "hessian/strain_metric.h"
 #include "linalg/vector.h"
 
 #include <math.h>
@@ -33,6 +34,12 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
+static void free_system(co_level_hessian *h) {
+    co_newton_system_free(&h->system);
+    free(h->metric);
+    h->metric = NULL;
+}
+
 /* What repels each other at z, which was placed last, has its entries: else the system is made anew. */
 static int32_t cover_repulsion(co_level_hessian *h, curvopt_error *error) {
     co_level_objective *o = h->objective;
@@ -41,7 +48,7 @@ static int32_t cover_repulsion(co_level_hessian *h, curvopt_error *error) {
     co_repulsion_look(&o->repulsion, o->positions);
     if (h->exists && co_repulsion_is_covered(&o->repulsion, &h->system.hessian.pattern, &o->reduction))
         return CURVOPT_OK;
-    co_newton_system_free(&h->system);
+    free_system(h);
     h->exists = h->has_factor = h->has_gauss_newton = 0;
     return create_system(h, error);
 }
@@ -53,7 +60,7 @@ int32_t co_level_hessian_create(co_level_objective *objective, co_level_hessian 
 }
 
 void co_level_hessian_free(co_level_hessian *h) {
-    co_newton_system_free(&h->system);
+    free_system(h);
     *h = (co_level_hessian){0};
 }
 
@@ -90,6 +97,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
         co_level_objective_evaluate(o, &at);
     }
     kind.before = before ? o->point_gradient : NULL;
+    h->system.metric = NULL;
     co_level_objective_place(o, z);
     int32_t status = cover_repulsion(h, error);
     if (status == CURVOPT_OK && !h->exists)
@@ -122,6 +130,19 @@ static double shift_change(const co_tuning *t, double excess) {
     return excess > t->stiffen_from ? t->stiffen_factor : excess > t->soften_below ? 1 : t->soften_factor;
 }
 
+/* The system's shifts become multiples of the metric at the place of its matrix, with the least shift besides. */
+static int32_t damp_strains(co_level_hessian *h, double least, curvopt_error *error) {
+    co_level_objective *o = h->objective;
+    const co_cage_edges edges = co_level_objective_edges(o);
+    if (!h->metric)
+        h->metric = CO_NEW(double, h->system.hessian.pattern.n_entries);
+    if (!h->metric)
+        return co_status_no_memory(error);
+    h->system.metric = h->metric;
+    h->system.unit_shift = least;
+    return co_strain_metric(&edges, co_level_objective_cage(o), o->edge, &h->system.hessian, h->metric, error);
+}
+
 int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, int by_hessian,
                                 curvopt_error *error) {
     double least = co_level_hessian_least_shift(h, now->value);
@@ -132,6 +153,9 @@ int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, doub
     const co_second_kind *kind = by_hessian ? &hessian : &preconditioner;
     int32_t status = assemble_at(h, now->x, *kind, co_gauge_exact(h->objective->gauge), error);
     if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
+        return status;
+    status = damp_strains(h, least, error);
+    if (status != CURVOPT_OK)
         return status;
     double wanted = h->shift * shift_change(tuning_of(h), step_excess);
     return co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);

@@ -12,7 +12,8 @@ typedef struct co_level_hessian {
     int has_factor;          /* whether it can solve */
     int has_gauss_newton;    /* whether there is a Gauss-Newton matrix to mix with, at the same point */
     const double *assembled; /* [n_variables] where the Hessian was assembled; the caller's */
-    double shift;            /* multiple of the unit matrix that was added last */
+    double shift;            /* multiple of the unit matrix, or of the metric, that was added last */
+    double *metric; /* [n_entries] in which L-BFGS' matrix is shifted (strain_metric.h); made when first needed */
 } co_level_hessian;
 
 /* objective must outlive it and stay where it is. ERROR_SIZE, ERROR_MEMORY. */
@@ -24,9 +25,9 @@ void co_level_hessian_free(co_level_hessian *hessian);
 double co_level_hessian_least_shift(const co_level_hessian *hessian, double value);
 
 /* For L-BFGS: the Gauss-Newton matrix at `now`, or the Hessian by coarser rules, shifted (Levenberg 1944, Marquardt
- * 1963). The shift is no less than the least one, so that what the matrix does not see (sliding in the surface, rigid
- * motion) is not infinitely soft, and as much more as keeps steps near the cap: `step_excess` is how many times too
- * long the last one was. ERROR_MEMORY. */
+ * 1963), by a multiple of the metric of strains, and the least shift besides. The multiple is no less than that, so
+ * that what the matrix does not see (sliding in the surface) is not infinitely soft, and as much more as keeps steps
+ * near the cap: `step_excess` is how many times too long the last one was. ERROR_MEMORY. */
 int32_t co_level_hessian_update(co_level_hessian *hessian, const co_iterate *now, double step_excess, int by_hessian,
                                 curvopt_error *error);
 /* For Newton's method: as co_objective's assemble and factorize; by the assembly's rules, or if not `closely` by

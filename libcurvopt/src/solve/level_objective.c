@@ -22,6 +22,10 @@ static const co_interpolation *map_to_cage(const co_level_objective *o) {
     return o->held.values.n ? &o->interpolation : NULL;
 }
 
+co_cage_edges co_level_objective_edges(const co_level_objective *o) {
+    return (co_cage_edges){.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o)};
+}
+
 const double *co_level_objective_cage(co_level_objective *o) {
     if (!map_to_cage(o))
         return o->positions;
@@ -168,7 +172,7 @@ int co_level_objective_crosses(co_level_objective *o, const double *z) {
 }
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    const co_spacing unit = {.mesh = o->mesh, .dofs = &o->reduction, .interpolation = map_to_cage(o), .weight = 1};
+    const co_spacing unit = {.edges = co_level_objective_edges(o), .weight = 1};
     double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
     double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);

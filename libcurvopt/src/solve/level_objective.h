@@ -119,6 +119,8 @@ void co_level_objective_place(co_level_objective *objective, const double *z);
  * (functional.h), and where positions are not normalized, the function does not see it change. Returns by how much of
  * itself it has. */
 double co_level_objective_take_size(co_level_objective *objective);
+/* The cage's edges, of the positions that the variables move; none of them copied. */
+co_cage_edges co_level_objective_edges(const co_level_objective *objective);
 /* Places of the vertices [3 n_vertices] for objective->positions, until these change: the positions, or where values of
  * the surface stand in for vertices the cage. */
 const double *co_level_objective_cage(co_level_objective *objective);
