@@ -27,6 +27,7 @@ typedef struct problem {
     int rejected;             /* the last step was */
     double seen, across;      /* part of ROUND's curvature that the matrix has, and WRONG's; across x, 0: the same */
     int misleads;             /* ROUND's is a saddle unless it is asked for closely */
+    int misses;               /* `seen` is the part that it has unless it is asked for closely */
     int close;                /* times that it was */
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
@@ -132,6 +133,8 @@ static int assemble(void *context, const co_iterate *now, const double *before, 
         p->H[0] = p->G[0] = p->seen;
         p->H[2] = p->G[2] = p->across != 0 ? p->across : p->seen;
         p->H[1] = p->G[1] = 0;
+        if (p->misses && closely)
+            p->H[0] = p->G[0] = p->H[2] = p->G[2] = 1;
         if (p->misleads && !closely)
             p->H[2] = -1e-3 * p->seen;
         break;
@@ -430,13 +433,30 @@ static void test_indefinite_matrices_are_looked_at_closely(void **state) {
     CHECK_INT(p.close, 1);
     CHECK_NEAR(x[0], 0, 1e-8);
     CHECK_NEAR(x[1], 0, 1e-8);
-    problem far = {.shape = ROSENBROCK}; /* no saddle */
-    run(&far, usual, -1.2, 1, x, &value);
+    problem far = {.shape = QUARTIC}; /* no saddle */
+    run(&far, usual, 1, 1, x, &value);
     CHECK_INT(far.close, 0);
     problem saddle = {.shape = SADDLE};
     CHECK_INT(run(&saddle, usual, 1e-3, 0.5, x, &value).stop, CURVOPT_STOP_CONVERGED);
     CHECK_BETWEEN(saddle.assembled, 3, 100);
     CHECK_INT(saddle.close, saddle.assembled - 1);
+}
+
+/* A step that brings little of what was promised may be the matrix' fault: all after it are close. */
+static void test_matrices_that_miss_curvature_are_looked_at_closely(void **state) {
+    (void)state;
+    for (int misses = 0; misses < 2; misses++) {
+        problem p = {.shape = ROUND, .seen = 0.55, .misses = misses};
+        double x[2], value;
+        CHECK_INT(run(&p, usual, 0.5, -0.2, x, &value).stop, CURVOPT_STOP_CONVERGED);
+        CHECK_NEAR(value, 1, 1e-13);
+        if (misses) { /* one by the first matrix; one by a close one, which is right; one that says so */
+            CHECK_INT(p.assembled, 3);
+            CHECK_INT(p.close, 2);
+        } else {
+            CHECK_BETWEEN(p.assembled, 6, 100);
+        }
+    }
 }
 
 static void test_ends(void **state) {
@@ -491,6 +511,7 @@ int main(void) {
         cmocka_unit_test(test_damping),
         cmocka_unit_test(test_small_steps_are_shortened),
         cmocka_unit_test(test_indefinite_matrices_are_looked_at_closely),
+        cmocka_unit_test(test_matrices_that_miss_curvature_are_looked_at_closely),
         cmocka_unit_test(test_steps_small_by_their_shift),
         cmocka_unit_test(test_negative_curvature_without_decrease),
         cmocka_unit_test(test_nothing_found),

@@ -67,19 +67,9 @@ static void check_certified(solve_setting *s, co_level *l) {
     free(xyz);
 }
 
-/* The cage becomes that of the level, which is destroyed. */
-static void take_cage(solve_setting *s, co_level *l) {
-    curvopt_energies energies;
-    curvopt_error error;
-    int resolved;
-    CHECK_OK(co_level_finish(l, s->c.xyz, &energies, &resolved, &error), &error);
-    co_level_destroy(l);
-}
-
 /* Over all coordinates, or from a cage whose shape nearly stands along its normals, which takes Newton's method alone.
- * As in a run, another turn follows where vertices have moved so far that normals are others. */
+ */
 static void check_level(cage c, curvopt_options options, co_motion motion) {
-    static const double same_normals = 1e-2;
     solve_setting *s = solve_setting_of(c, &options);
     if (motion == CO_MOTION_NORMALS) {
         solve_minimized(s);
@@ -89,12 +79,6 @@ static void check_level(cage c, curvopt_options options, co_motion motion) {
     co_outcome outcome;
     double before = solve_energy(s, s->c.xyz);
     co_level *l = solved(s, motion, &r, &outcome);
-    if (motion == CO_MOTION_NORMALS && co_level_moved(l) > same_normals) {
-        take_cage(s, l);
-        r.calls = r.iteration = r.rejected = 0;
-        l = solved(s, motion, &r, &outcome);
-        CHECK_BETWEEN(co_level_moved(l), 1e-9, same_normals);
-    }
     CHECK_TRUE(outcome.stop == CURVOPT_STOP_CONVERGED || outcome.stop == CURVOPT_STOP_SETTLED);
     CHECK_BETWEEN(l->now.value, 0, (motion == CO_MOTION_ALL ? 0.99 : 1.001) * before);
     CHECK_INT(r.by_method[CO_METHOD_LBFGS] > 0, motion == CO_MOTION_ALL);
@@ -111,6 +95,7 @@ static void test_final_level_ends_certified(void **state) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE),
                     mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
     w.spacing = CURVOPT_SPACING_EVEN;
+    w.tolerance = 1e-6; /* along soft directions other rules have other minima */
     check_level(cage_shaken(cage_refined(cage_cube(), 1), 0.1), w, CO_MOTION_NORMALS);
     check_level(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), w, CO_MOTION_NORMALS);
     check_level(cage_shaken(cage_band(8, 4, 1, 1, 1), 0.05), w, CO_MOTION_NORMALS);

@@ -321,6 +321,8 @@ static int step(solver *s, co_iterate *now, const double **before) {
         return small ? CURVOPT_STOP_CONVERGED : CURVOPT_STOP_STALLED;
     const double least = s->f->least_shift(s->f->context, now);
     const int comes_true = (now->value - s->trial.value) / s->control.predicted > s->tuning->newton_good;
+    if (!comes_true) /* which may be the matrix' fault: by coarser rules it may miss what is stiff */
+        s->closely = 1;
     int stop = take_step(s, now, before);
     if (stop < 0 && s->control.last_stands && last && s->used.shift <= fmax(least, s->needed))
         return CURVOPT_STOP_CONVERGED;
