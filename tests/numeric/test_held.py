@@ -161,7 +161,7 @@ def test_weights_of_0_and_1_are_free_and_held_and_between_them_is_monotone():
 
 def test_a_cage_ten_times_as_large_behaves_alike():
     start = perturbed(torus_cage(8, 4, 0.4), 0.05, 4)
-    runs = [pinned(start.with_xyz(s * start.xyz + shift), 0.5, [0, 9, 18, 31], "mvs") for s, shift in
+    runs = [pinned(start.with_xyz(s * start.xyz + shift), 0.5, [0, 9, 18, 31], "mvs", tolerance=1e-8) for s, shift in
             ((1, 0), (10, 0), (1e-3, 7))]
     small = runs[0].mesh.xyz
     assert np.abs(runs[1].mesh.xyz / 10 - small).max() < 1e-4
@@ -227,7 +227,7 @@ def test_lines_and_planes_can_be_soft():
         unit = direction / np.linalg.norm(direction, axis=1)[:, None]
         off.append([np.linalg.norm(np.cross(d[0], unit[0])), abs(d[1] @ unit[1])])
     assert (np.array(off[0]) > 5 * np.array(off[1])).all() and max(off[1]) < 1e-3, off
-    assert np.linalg.norm(d, axis=1).min() > 1e-2
+    assert (np.linalg.norm(d, axis=1) > 5 * np.array(off[1])).all()  # what is along the line, in the plane, is free
 
 
 def test_symmetric_weights_keep_the_symmetry():

@@ -103,7 +103,7 @@ COMBINED = {"within": {"within": 0.3}, "strength": {"strength": 0.7}, "planes": 
 @pytest.mark.parametrize("fields", COMBINED.values(), ids=COMBINED)
 def test_with_other_options(fields):
     """Each of these runs crosses without the option."""
-    mesh = trefoil(0.65)
+    mesh = trefoil(0.5)
     crossed = lib.minimize(mesh, levels=1, **fields)
     held = lib.minimize(mesh, levels=1, no_crossings=1, **fields)
     assert lib.crossings(crossed.mesh).n_pairs > 0

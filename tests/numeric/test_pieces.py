@@ -84,8 +84,9 @@ def test_each_piece_ends_as_if_it_were_alone(energy: str, levels: int):
     """To the last bit where objectives just add up; third-order ones of pieces are weighed by the whole's area."""
     pieces = uneven()
     joined = join(pieces)
-    whole = lib.minimize(joined.mesh, energy, levels=levels)
-    alone = [lib.minimize(piece, energy, levels=levels) for piece in pieces]
+    exact = {} if energy == "willmore" else {"tolerance": 1e-6}  # rounding may choose between rules of the default
+    whole = lib.minimize(joined.mesh, energy, levels=levels, **exact)
+    alone = [lib.minimize(piece, energy, levels=levels, **exact) for piece in pieces]
     for k, one in enumerate(alone):
         ours, theirs = corners_of(joined, k, whole.mesh), one.mesh.xyz[one.mesh.flat]
         assert np.abs(ours - theirs).max() <= (0 if energy == "willmore" else 1e-6)
@@ -278,7 +279,7 @@ def test_what_levels_brought_is_of_one_kind_of_sum():
     """The last level's energy is of an evaluation of all, which differs from the sum of the pieces'; steps between levels do
     not have that in them. Either is as exact as its quadrature claims."""
     pieces = [moved(perturbed(cube_grid(2), 0.1, 1), 1, (5, 0, 0)), sheet(),
-              moved(perturbed(torus_cage(6, 4, 0.4), 0.05, 5), 0.7, (0, 0, 4))]
+              moved(torus_cage(6, 4, 0.4), 0.7, (0, 0, 4))]
     got = lib.minimize(join(pieces).mesh, "mvs_cross", levels=3)
     alone = [lib.minimize(piece, "mvs_cross", levels=3).summary.end for piece in pieces]
     area = sum(end.area for end in alone)

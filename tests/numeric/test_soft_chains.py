@@ -134,7 +134,8 @@ def test_a_large_weight_tends_to_what_holds_exactly(is_closed, capsys):
 
 
 def test_chains_may_contradict_each_other_and_other_constraints():
-    """One chain drawn to two curves ends as one drawn to the mean of both; beside points that are held, and a pin."""
+    """One chain drawn to two curves ends as one drawn to the mean of both; beside points that are held, and a pin. (MVS has so
+    many minima that rounding chooses among them.)"""
     drawn = Drawn(False)
     shift = np.array([0, 0.1, 0.2])
     here = lib.chain(drawn.vertices, drawn.curve, parameters=drawn.parameters)
@@ -143,7 +144,7 @@ def test_chains_may_contradict_each_other_and_other_constraints():
     entries = dict(vertices=[14, 50], places=[[springs.NAN] * 3] * 2)
 
     def run(given: list[lib.Chain], weights: list[float]) -> np.ndarray:
-        result = lib.minimize(drawn.mesh, "mvs", levels=1, symmetry=NONE, spacing=FREE_SPACING, **TIGHT,
+        result = lib.minimize(drawn.mesh, "variation", levels=1, symmetry=NONE, spacing=FREE_SPACING, **TIGHT,
                               constraints=lib.constraints([7]), through=lib.through(**entries, chains=given, chain_weights=weights))
         assert result.verdict == "minimum"
         limits = points.limits(result.mesh)

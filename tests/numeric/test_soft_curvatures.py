@@ -190,7 +190,8 @@ def test_size_and_pose_do_not_matter():
             weights=torus.weights))
         found.append((result.summary.spring_energy, result.summary.end.objective))
         assert result.verdict == "minimum"
-    assert np.allclose(*found, rtol=1e-3)  # paths differ by rounding, and valleys are flat
+    assert np.allclose(*np.sum(found, axis=1), rtol=1e-4)  # what is minimized
+    assert np.allclose(*found, rtol=5e-3)  # paths differ by rounding, and valleys are flat
 
 
 def test_what_contradicts_ends_between(capsys):

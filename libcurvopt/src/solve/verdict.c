@@ -1,6 +1,7 @@
 /* The verdict on where a run ended. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/verdict.h"
 
+#include "base/constants.h"
 #include "solve/certificate.h"
 #include "solve/level_figures.h"
 #include "solve/newton_decrement.h"
@@ -47,6 +48,11 @@ static int misses_numbers(const co_run *r) {
     return misses;
 }
 
+/* Whether energy and springs have come to 0 but for rounding: nothing is less, whatever a matrix of rounding says. */
+static int is_flat(const co_run *r) {
+    return fabs(r->at.energies.objective) + fabs(r->at.penalty - r->context.least) <= CO_FLAT_ENERGY;
+}
+
 int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     co_certificate_shape shape;
@@ -64,8 +70,9 @@ int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error 
     summary->shape_decrement = shape.decrement;
     summary->difference_decrement = shape.difference_decrement;
     summary->negative_directions = shape.negative_directions;
-    summary->verdict = co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
-                                              summary->newton_decrement, &shape);
+    summary->verdict = is_flat(r) ? CURVOPT_VERDICT_MINIMUM
+                                  : co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
+                                                           summary->newton_decrement, &shape);
     if (misses_numbers(r))
         summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
     return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
