@@ -789,7 +789,9 @@ typedef struct curvopt_progress {
     double predicted;  /* decrease of the objective that the quadratic model predicted for the step; of L-BFGS, whose
                           model is rough, it may be negative; NAN without a step */
     double shift;      /* multiple of the identity that was added to the Hessian for the step, in the objective's
-                          units at root mean square radius 1; NAN for steps without a Hessian */
+                          units at root mean square radius 1; of L-BFGS: of the metric in which its matrix is damped,
+                          mean edge^2 / 4 sum |d_v - d_w|^2 / |x_v - x_w|^2 over the edges for displacements d, which
+                          is 1 for a vertex of an even net of squares. NAN for steps without a matrix */
     double gain_ratio; /* actual decrease over predicted decrease of the step; NAN without a step */
     double step;       /* longest displacement of a vertex in the step, in mean edge lengths of the cage; NAN
                           without a step */
