@@ -200,6 +200,8 @@ static int report(void *context, const co_iterate *now, const co_step_record *re
     CHECK_NEAR(record->length, step_length(NULL, d), 1e-12 * (1 + record->length));
     if (p->shape != SADDLE) {
         CHECK_NEAR(record->shift, p->best_damping.shift, 0);
+        if (p->shape == ROUND && p->seen > 2) /* the parabola's, which is the function's own */
+            predicted = p->at - now->value;
         CHECK_NEAR(record->predicted, predicted, 1e-9 * (1e-6 + predicted));
         CHECK_NEAR(record->gain_ratio * record->predicted, p->at - now->value, 1e-12 * (1 + fabs(p->at)));
     }
@@ -442,6 +444,27 @@ static void test_indefinite_matrices_are_looked_at_closely(void **state) {
     CHECK_INT(saddle.close, saddle.assembled - 1);
 }
 
+/* Where the matrix is four times as stiff as the function a step goes on to where the parabola is least, but not
+ * farther than the cap; where it is less than twice as stiff it does not. */
+static void test_steps_are_extended_where_the_matrix_is_stiff(void **state) {
+    (void)state;
+    static const double seen[3] = {4, 1.9, 4}, cap[3] = {10, 10, 0.3}, steps[3] = {2, 20, 4};
+    for (int k = 0; k < 3; k++) {
+        problem p = {.shape = ROUND, .seen = seen[k]};
+        co_method_options o = usual;
+        double x[2], value;
+        o.max_step = cap[k];
+        const co_outcome end = run(&p, o, 0.5, -0.2, x, &value);
+        CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_NEAR(value, 1, 1e-13);
+        if (k == 1)
+            CHECK_BETWEEN(end.iterations, 6, 30);
+        else
+            CHECK_BETWEEN(end.iterations, 1, steps[k]);
+        CHECK_BETWEEN(p.longest, 0, cap[k]);
+    }
+}
+
 /* A step that brings little of what was promised may be the matrix' fault: all after it are close. */
 static void test_matrices_that_miss_curvature_are_looked_at_closely(void **state) {
     (void)state;
@@ -511,6 +534,7 @@ int main(void) {
         cmocka_unit_test(test_damping),
         cmocka_unit_test(test_small_steps_are_shortened),
         cmocka_unit_test(test_indefinite_matrices_are_looked_at_closely),
+        cmocka_unit_test(test_steps_are_extended_where_the_matrix_is_stiff),
         cmocka_unit_test(test_matrices_that_miss_curvature_are_looked_at_closely),
         cmocka_unit_test(test_steps_small_by_their_shift),
         cmocka_unit_test(test_negative_curvature_without_decrease),

@@ -153,13 +153,14 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
 typedef struct preconditioned {
     problem p; /* first, so that it is the callbacks' context */
     int n_updates, at[32], applied, wants_hessian;
+    double unit; /* it is this multiple of the unit matrix instead; 0: it is not */
 } preconditioned;
 
 static int precondition(void *context, const double *in, double *out) {
     preconditioned *c = context;
     c->applied++;
     for (int i = 0; i < c->p.n; i++)
-        out[i] = in[i] / pow(c->p.condition, (double)i / c->p.n) * (i % 2 ? 0.8 : 1.2);
+        out[i] = in[i] * (c->unit > 0 ? c->unit : (i % 2 ? 0.8 : 1.2) / pow(c->p.condition, (double)i / c->p.n));
     return 0;
 }
 
@@ -203,6 +204,49 @@ static void test_preconditioner_is_updated_at_regular_steps(void **state) {
             CHECK_INT(c.at[k], k * every);
         CHECK_BETWEEN(r.now.value - 1, 0, 1e-6); /* without it 7 steps leave .1 and more */
     }
+}
+
+static void keep(void *context, const co_iterate *now, double step_excess, int by_hessian) {
+    (void)context;
+    (void)now;
+    (void)step_excess;
+    (void)by_hessian;
+}
+
+/* By a matrix that is much too soft a small part of each direction stands: a search begins there, once a step has told
+ * what to expect. */
+static void test_searches_begin_where_the_last_decrease_says(void **state) {
+    (void)state;
+    int evaluations[2];
+    for (int from_all = 0; from_all < 2; from_all++) {
+        preconditioned c = {.p = {.shape = QUADRATIC, .n = 12, .condition = 100}, .unit = 0.2};
+        run r = {.options = usual_options};
+        co_tuning tuning = co_tuning_defaults;
+        curvopt_error error;
+        co_objective f = {.context = &c,
+                          .n = 12,
+                          .evaluate = problem_evaluate_at,
+                          .step_length = problem_step_length,
+                          .review_step = problem_settle,
+                          .precondition = precondition,
+                          .update_preconditioner = keep,
+                          .report = problem_report};
+        if (from_all)
+            tuning.lbfgs_first_least = 1;
+        for (int i = 0; i < 12; i++)
+            c.p.x[i] = r.x[i] = 5;
+        r.options.tuning = &tuning;
+        r.options.memory = 0; /* or it would learn */
+        r.options.update_every = 100;
+        r.options.max_iterations = 10;
+        r.now = (co_iterate){.x = r.x, .gradient = r.g};
+        r.now.value = c.p.value = problem_evaluate(&c.p, r.x, r.g);
+        c.p.told_value = r.now.value;
+        CHECK_OK(co_lbfgs(&f, &r.options, &r.now, &r.result, &error), &error);
+        evaluations[from_all] = r.result.evaluations;
+    }
+    CHECK_BETWEEN(evaluations[0], 10, 16);
+    CHECK_BETWEEN(evaluations[1], 20, 100);
 }
 
 static void linear_at(void *context, co_iterate *at) {
@@ -334,6 +378,7 @@ int main(void) {
         cmocka_unit_test(test_failed_search_falls_back_to_the_gradient),
         cmocka_unit_test(test_direction_that_does_not_descend_is_replaced_by_the_gradient),
         cmocka_unit_test(test_preconditioner_is_updated_at_regular_steps),
+        cmocka_unit_test(test_searches_begin_where_the_last_decrease_says),
         cmocka_unit_test(test_a_linear_function_teaches_nothing),
         cmocka_unit_test(test_nothing_works_at_the_start_is_a_stall),
         cmocka_unit_test(test_nothing_works_later_is_a_stall_at_the_last_iterate),
