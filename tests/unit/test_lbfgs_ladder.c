@@ -172,31 +172,36 @@ static void update(void *context, const co_iterate *now, double step_excess, int
     c->at[c->n_updates++] = c->p.reports;
 }
 
+/* From 5 in all coordinates, with r->options, into r. */
+static void minimize_preconditioned(preconditioned *c, run *r) {
+    curvopt_error error;
+    co_objective f = {.context = c,
+                      .n = (size_t)c->p.n,
+                      .evaluate = problem_evaluate_at,
+                      .step_length = problem_step_length,
+                      .review_step = problem_settle,
+                      .precondition = precondition,
+                      .update_preconditioner = update,
+                      .report = problem_report};
+    for (int i = 0; i < c->p.n; i++)
+        c->p.x[i] = r->x[i] = 5;
+    r->now = (co_iterate){.x = r->x, .gradient = r->g};
+    r->now.value = c->p.value = problem_evaluate(&c->p, r->x, r->g);
+    c->p.told_value = r->now.value;
+    CHECK_OK(co_lbfgs(&f, &r->options, &r->now, &r->result, &error), &error);
+}
+
 /* Every so many steps, the first time before the first one; each direction is by it. */
 static void test_preconditioner_is_updated_at_regular_steps(void **state) {
     (void)state;
     for (int every = 1; every <= 4; every++) {
         preconditioned c = {.p = {.shape = QUADRATIC, .n = 12, .condition = 1e4}};
         run r = {.options = usual_options};
-        curvopt_error error;
-        co_objective f = {.context = &c,
-                          .n = 12,
-                          .evaluate = problem_evaluate_at,
-                          .step_length = problem_step_length,
-                          .review_step = problem_settle,
-                          .precondition = precondition,
-                          .update_preconditioner = update,
-                          .report = problem_report};
-        for (int i = 0; i < 12; i++)
-            c.p.x[i] = r.x[i] = 5;
         r.options.update_every = every;
         r.options.by_hessian = c.wants_hessian = every % 2;
         r.options.max_iterations = 7;
         r.options.gradient_tolerance = 0;
-        r.now = (co_iterate){.x = r.x, .gradient = r.g};
-        r.now.value = c.p.value = problem_evaluate(&c.p, r.x, r.g);
-        c.p.told_value = r.now.value;
-        CHECK_OK(co_lbfgs(&f, &r.options, &r.now, &r.result, &error), &error);
+        minimize_preconditioned(&c, &r);
         CHECK_INT(r.result.iterations, 7);
         CHECK_INT(c.applied, 7);
         CHECK_INT(c.n_updates, (7 + every - 1) / every);
@@ -204,13 +209,6 @@ static void test_preconditioner_is_updated_at_regular_steps(void **state) {
             CHECK_INT(c.at[k], k * every);
         CHECK_BETWEEN(r.now.value - 1, 0, 1e-6); /* without it 7 steps leave .1 and more */
     }
-}
-
-static void keep(void *context, const co_iterate *now, double step_excess, int by_hessian) {
-    (void)context;
-    (void)now;
-    (void)step_excess;
-    (void)by_hessian;
 }
 
 /* By a matrix that is much too soft a small part of each direction stands: a search begins there, once a step has told
@@ -222,27 +220,13 @@ static void test_searches_begin_where_the_last_decrease_says(void **state) {
         preconditioned c = {.p = {.shape = QUADRATIC, .n = 12, .condition = 100}, .unit = 0.2};
         run r = {.options = usual_options};
         co_tuning tuning = co_tuning_defaults;
-        curvopt_error error;
-        co_objective f = {.context = &c,
-                          .n = 12,
-                          .evaluate = problem_evaluate_at,
-                          .step_length = problem_step_length,
-                          .review_step = problem_settle,
-                          .precondition = precondition,
-                          .update_preconditioner = keep,
-                          .report = problem_report};
         if (from_all)
             tuning.lbfgs_first_least = 1;
-        for (int i = 0; i < 12; i++)
-            c.p.x[i] = r.x[i] = 5;
         r.options.tuning = &tuning;
         r.options.memory = 0; /* or it would learn */
         r.options.update_every = 100;
         r.options.max_iterations = 10;
-        r.now = (co_iterate){.x = r.x, .gradient = r.g};
-        r.now.value = c.p.value = problem_evaluate(&c.p, r.x, r.g);
-        c.p.told_value = r.now.value;
-        CHECK_OK(co_lbfgs(&f, &r.options, &r.now, &r.result, &error), &error);
+        minimize_preconditioned(&c, &r);
         evaluations[from_all] = r.result.evaluations;
     }
     CHECK_BETWEEN(evaluations[0], 10, 16);

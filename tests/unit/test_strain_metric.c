@@ -32,7 +32,7 @@ static double square_of(co_sparse_hessian *hessian, double *metric, const double
     return sum;
 }
 
-/* The same by the definition, each edge from both sides. `shortest`: of a mean edge. */
+/* The same by the definition, each edge from both sides; edges shorter than 1e-3 EDGE count as so long. */
 static double defined(const variables_setting *s, const double *moved) {
     double twice = 0;
     for (int32_t f = 0, h = 0; f < s->c.n_faces; h += s->c.sizes[f++])
