@@ -241,6 +241,71 @@ static void test_long_steps_stiffen_and_short_ones_soften(void **state) {
     matrices_free(&m);
 }
 
+/* out += shift times the metric of strains times the change from z to z + v, by its definition. */
+static void add_strains(matrices *m, const double *v, double shift, double *out) {
+    const co_level_objective *o = &m->l->objective;
+    const curvopt_mesh *mesh = m->s->mesh;
+    const size_t n_x = 3 * (size_t)mesh->info.n_vertices;
+    double *x = calloc(3 * n_x + m->n, sizeof *x), *to = x + n_x, *force = x + 2 * n_x, *z = x + 3 * n_x;
+    CHECK_TRUE(x != NULL);
+    memcpy(z, m->l->now.x, m->n * sizeof *z);
+    co_dof_map_expand(&o->reduction, z, x);
+    co_vector_add(m->n, 1, v, z);
+    co_dof_map_expand(&o->reduction, z, to);
+    for (int32_t k = 0; k < mesh->info.n_edges; k++) {
+        const int32_t a = mesh->corner_vertex[mesh->edge_corner[k]],
+                      b = co_mesh_destination(mesh, mesh->edge_corner[k]);
+        double square = 0;
+        for (int c = 0; c < 3; c++)
+            square += pow(x[3 * a + c] - x[3 * b + c], 2);
+        for (int c = 0; c < 3; c++) {
+            const double change = to[3 * a + c] - x[3 * a + c] - (to[3 * b + c] - x[3 * b + c]);
+            force[3 * a + c] += shift * o->edge * o->edge / 4 * change / square;
+            force[3 * b + c] -= shift * o->edge * o->edge / 4 * change / square;
+        }
+    }
+    co_dof_map_gradient(&o->reduction, force, z);
+    co_vector_add(m->n, 1, z, out);
+    free(x);
+}
+
+/* L-BFGS' matrix has the shift times the metric of strains, and the least shift; a matrix of Newton's method after it
+ * has the shift alone again. */
+static void test_the_shift_of_lbfgs_is_one_of_strains(void **state) {
+    (void)state;
+    const curvopt_options w = willmore();
+    matrices m = matrices_of(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w);
+    const co_newton_system *system = &m.h->system;
+    const double least = co_level_hessian_least_shift(m.h, m.l->now.value),
+                 norm = co_vector_norm(m.n, m.l->now.gradient);
+    curvopt_error error;
+    double *x = m.v, *out = m.v + m.n;
+    int positive;
+    for (int newton = 0; newton < 2; newton++) {
+        m.h->shift = 500;
+        if (newton) {
+            const co_damping damping = {.shift = 500};
+            CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, 1, &error), &error);
+            CHECK_OK(co_level_hessian_factorize(m.h, &damping, &positive, &error), &error);
+        } else {
+            CHECK_OK(co_level_hessian_update(m.h, &m.l->now, 1, 0, &error), &error);
+        }
+        CHECK_TRUE(m.h->has_factor && m.h->shift == 500);
+        CHECK_OK(co_level_hessian_solve(m.h, m.l->now.gradient, x, &error), &error);
+        co_sparse_hessian_multiply(&system->hessian, x, out);
+        co_vector_add(m.n, newton ? 500 : least, x, out);
+        if (!newton)
+            add_strains(&m, x, 500, out);
+        for (int k = 0; k < system->n_motions; k++) {
+            const double *motion = system->motion + (size_t)k * m.n;
+            co_vector_add(m.n, system->stiffness * co_vector_dot(m.n, motion, x), motion, out);
+        }
+        co_vector_add(m.n, -1, m.l->now.gradient, out);
+        CHECK_BETWEEN(co_vector_norm(m.n, out), 0, 1e-10 * norm);
+    }
+    matrices_free(&m);
+}
+
 static void test_cancelled_runs_make_no_matrix(void **state) {
     (void)state;
     curvopt_options w = willmore();
@@ -398,6 +463,7 @@ int main(void) {
         cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
         cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),
         cmocka_unit_test(test_long_steps_stiffen_and_short_ones_soften),
+        cmocka_unit_test(test_the_shift_of_lbfgs_is_one_of_strains),
         cmocka_unit_test(test_cancelled_runs_make_no_matrix),
         cmocka_unit_test(test_springs_are_in_every_mixture),
         cmocka_unit_test(test_decrement_of_one_variable),
