@@ -96,7 +96,7 @@ def test_cancelled_runs_do_not_cross(steps):
     assert reached.stop == "cancelled" and lib.crossings(reached.mesh).n_pairs == 0
 
 
-COMBINED = {"within": {"within": 0.3}, "strength": {"strength": 0.7}, "planes": {"symmetry": 1},
+COMBINED = {"within": {"within": 0.3}, "strength": {"strength": 0.7}, "rotations": {"symmetry": 2},
             "volume": {"hold": {"volume": "keep"}}, "lmvm": {"method": "lmvm", "max_iterations": 60}}
 
 

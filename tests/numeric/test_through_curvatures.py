@@ -213,7 +213,7 @@ def test_points_with_curvatures_tend_to_the_surface(name, ring, capsys):
     for what, more in held.items():
         for levels in range(1, LEVELS + 1):
             began = time.process_time()
-            result = lib.minimize(exact.cage, "mvs", levels=levels, symmetry=NONE,
+            result = lib.minimize(exact.cage, "mvs", levels=levels, symmetry=NONE, tolerance=1e-5,
                                   through=lib.through(vertices, places=places, normals=normals, **more))
             assert result.verdict == "minimum"
             rows.setdefault(what, []).append((*orders.errors(result.mesh, exact), result.summary.end.objective,

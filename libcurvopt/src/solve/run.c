@@ -7,6 +7,7 @@
 #include "solve/discretization_error.h"
 #include "solve/held_scalars.h"
 #include "solve/level_figures.h"
+#include "solve/standing_start.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -169,35 +170,39 @@ int co_run_may_loosen(const co_run *r, const co_level *l) {
            l->objective.assembly.functional.has_third && n >= t->loosen_least_vertices && n <= t->loosen_most_vertices;
 }
 
-/* A level of the mesh of the run, along the normals of `start`, which it borrows; begun by the rules of `before`. */
-static int32_t begin_turn(co_run *r, const co_level *before, const double *start, co_level **out,
+/* A level of the mesh of the run, along the normals of `start`, which it borrows; begun by the rules of `before`, or
+ * NULL. */
+static int32_t begin_turn(co_run *r, int32_t number, const co_level *before, const double *start, co_level **out,
                           curvopt_error *error) {
     int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_NORMALS,
-                                     start, before->number, out, error);
+                                     start, number, out, error);
     if (status != CURVOPT_OK)
         return status;
-    status = co_level_begin_by_rules_of(*out, before, error);
+    co_run_watch(r, *out);
+    (*out)->objective.likeness = r->at.start;
+    status = before ? co_level_begin_by_rules_of(*out, before, error) : co_level_begin(*out, error);
     if (status != CURVOPT_OK) {
         co_level_destroy(*out);
-        return status;
+        *out = NULL;
     }
-    (*out)->objective.likeness = r->at.start;
-    co_run_watch(r, *out);
-    return CURVOPT_OK;
+    return status;
 }
 
-/* From a level's result along normals, until these stay what they are. *level is exchanged. */
-static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt_error *error) {
+/* From r->at.xyz along normals, until these stay what they are; *level, which may be NULL, is exchanged. Ends after
+ * `farthest` mean edges in all: *moved. */
+static int32_t settle_shape(co_run *r, int32_t number, double farthest, co_level **level, double *moved, double started,
+                            curvopt_error *error) {
     size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
-    double moved = INFINITY;
+    double last = INFINITY;
     int32_t status = CURVOPT_OK;
-    for (int turn = 0; turn < CO_RUN_MOST_TURNS && moved > CO_RUN_SAME_NORMALS && !co_run_stopped_early(r); turn++) {
+    *moved = 0;
+    for (int turn = 0; turn < CO_RUN_MOST_TURNS && last > CO_RUN_SAME_NORMALS && *moved <= farthest; turn++) {
         co_level *next;
         double *start = CO_NEW(double, n);
         if (!start)
             return co_status_no_memory(error);
         memcpy(start, r->at.xyz, n * sizeof *start);
-        status = begin_turn(r, *level, start, &next, error);
+        status = begin_turn(r, number, *level, start, &next, error);
         if (status != CURVOPT_OK) {
             free(start);
             return status;
@@ -207,9 +212,10 @@ static int32_t settle_shape(co_run *r, co_level **level, double started, curvopt
         free(r->at.turn);
         r->at.turn = start;
         status = co_run_solve_level(r, next, started, error);
-        if (status != CURVOPT_OK)
+        if (status != CURVOPT_OK || co_run_stopped_early(r))
             return status;
-        moved = co_level_moved(next);
+        last = co_level_moved(next);
+        *moved += last;
     }
     return status;
 }
@@ -222,6 +228,43 @@ static int32_t meet_entries(co_run *r, curvopt_error *error) {
     return co_given_constraints_place(r->result->mesh, &r->constraints, r->context.options->boundary, r->at.xyz, error);
 }
 
+/* Over everything, and at the end along normals. */
+static int32_t solve_all(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
+    double moved;
+    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
+                                     r->at.start, number, level, error);
+    if (status == CURVOPT_OK) {
+        co_run_watch(r, *level);
+        status = co_level_begin(*level, error);
+    }
+    if (status == CURVOPT_OK)
+        status = co_run_solve_level(r, *level, started, error);
+    if (status == CURVOPT_OK && !(*level)->is_final && !co_run_stopped_early(r) &&
+        (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, *level)))
+        status = settle_shape(r, number, (double)INFINITY, level, &moved, started, error);
+    return status;
+}
+
+/* Along normals alone, where the start stands; *level is NULL where it does not. */
+static int32_t solve_standing(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
+    const double farthest = 2 * r->context.tuning->standing_step; /* in steps that may be larger than the first */
+    int stands;
+    double moved;
+    int32_t status = co_standing_start_look(r, number, &stands, error);
+    if (status != CURVOPT_OK || !stands)
+        return status;
+    memcpy(r->at.xyz, r->at.start, 3 * sizeof *r->at.xyz * (size_t)r->result->mesh->info.n_vertices);
+    status = settle_shape(r, number, farthest, level, &moved, started, error);
+    if (status != CURVOPT_OK || r->at.report.stop == CURVOPT_STOP_CANCELLED ||
+        (r->at.report.stop == CURVOPT_STOP_CONVERGED && moved <= farthest))
+        return status;
+    co_level_destroy(*level);
+    *level = NULL;
+    free(r->at.turn);
+    r->at.turn = NULL;
+    return CURVOPT_OK;
+}
+
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
@@ -230,17 +273,9 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
                                           .iterations = r->spent.iterations,
                                           .evaluations = r->spent.evaluations};
     r->spent = (co_run_work){0};
-    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
-                                     r->at.start, number, &l, error);
-    if (status == CURVOPT_OK) {
-        co_run_watch(r, l);
-        status = co_level_begin(l, error);
-    }
-    if (status == CURVOPT_OK)
-        status = co_run_solve_level(r, l, started, error);
-    if (status == CURVOPT_OK && !l->is_final &&
-        (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, l)))
-        status = settle_shape(r, &l, started, error);
+    int32_t status = solve_standing(r, number, &l, started, error);
+    if (status == CURVOPT_OK && !l)
+        status = solve_all(r, number, &l, started, error);
     if (status == CO_CANCELLED) {
         co_run_end_cancelled(r, l, started);
         status = CURVOPT_OK;

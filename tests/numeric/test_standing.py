@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A minimum that is minimized again stays where it is, as it was and touched a little (libcurvopt/notes/68)."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lib
+from ccref import Mesh
+from nets import sphere_like
+from test_measure import corpus_cage  # makes the corpus importable
+
+from draw import Draw  # noqa: E402
+from families import mean_edge  # noqa: E402
+
+NONE, KEEP = 1, 3  # symmetries that are kept
+STEPS = 10
+RESULTS = [(2, "willmore", 1), (4, "mvs", 1), (6, "mvs_cross", 1), (8, "mvs", 2), (14, "willmore", 2)]
+
+
+def touched(mesh: Mesh, share: float, way: int = 0) -> Mesh:
+    """Each vertex moved along its own random direction by a share of the mean edge."""
+    return mesh.with_xyz(mesh.xyz + share * mean_edge(mesh) * Draw(way, mesh.n_vertices).directions(mesh.n_vertices))
+
+
+def farthest(result: lib.Result, from_mesh: Mesh) -> float:
+    """The longest way of a vertex, in mean edges."""
+    return float(np.linalg.norm(result.mesh.xyz - from_mesh.xyz, axis=1).max()) / mean_edge(from_mesh)
+
+
+def steps_of(result: lib.Result) -> int:
+    """Of all levels."""
+    return sum(level.iterations for level in result.levels)
+
+
+@pytest.mark.parametrize("seed, energy, levels", RESULTS)
+def test_minima_stay(seed, energy, levels):
+    """None falls by more than 1e-4 beyond both errors; what is pressed again does not move."""
+    first = lib.minimize(corpus_cage(seed), energy, levels=levels)
+    assert first.verdict == "minimum"
+    again = lib.minimize(first.mesh, energy, levels=1)
+    assert again.verdict == "minimum" and steps_of(again) <= STEPS and farthest(again, first.mesh) < 2e-3
+    for way in range(2):
+        mesh = touched(first.mesh, 1e-3, way)
+        result = lib.minimize(mesh, energy, levels=1, symmetry=NONE)
+        assert result.verdict == "minimum" and steps_of(result) <= STEPS and farthest(result, mesh) < 0.1
+        error = first.summary.end.objective_error + result.summary.end.objective_error
+        assert abs(first.summary.end.objective - result.summary.end.objective) < 1e-3 * first.summary.end.objective
+        assert first.summary.end.objective - result.summary.end.objective < 1e-4 * first.summary.end.objective + error
+
+
+def test_saddles_are_left():
+    """A saddle that symmetries hide is no minimum: touched, it goes down."""
+    saddle = lib.minimize(sphere_like(4), "mvs_cross", levels=1, symmetry=KEEP, verify=1)
+    assert saddle.verdict == "minimum" and saddle.summary.free_negative_directions > 0
+    result = lib.minimize(touched(saddle.mesh, 1e-3), "mvs_cross", levels=1, symmetry=NONE)
+    assert result.verdict == "minimum" and result.summary.end.objective < 0.98 * saddle.summary.end.objective
+
+
+def test_other_starts_are_formed():
+    """A cage whose vertices a first step moves far is no minimum, however smooth: it gets an even spacing, too."""
+    first = lib.minimize(corpus_cage(2), "willmore", levels=1)
+    result = lib.minimize(touched(first.mesh, 0.1), "willmore", levels=1)
+    assert steps_of(result) > STEPS and result.verdict == "minimum"
+
+
+def test_cancelled_at_a_standing_start():
+    """What has been reached is kept."""
+    first = lib.minimize(corpus_cage(4), "mvs", levels=1)
+    mesh = touched(first.mesh, 1e-3)
+    result = lib.minimize(mesh, "mvs", levels=1, progress=lambda p: p.iteration == 1)
+    assert result.stop == "cancelled" and farthest(result, mesh) < 0.1
+    assert result.summary.end.objective <= lib.minimize(mesh, "mvs", levels=1, max_iterations=1).summary.start.objective
