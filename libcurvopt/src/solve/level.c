@@ -547,6 +547,21 @@ int32_t co_level_begin_by_rules_of(co_level *l, const co_level *other, curvopt_e
     return CURVOPT_OK;
 }
 
+int32_t co_level_first_gain(co_level *l, double *gain, curvopt_error *error) {
+    const size_t n = n_of(l);
+    double *step = CO_NEW(double, n);
+    *gain = (double)INFINITY;
+    if (!step)
+        return co_status_no_memory(error);
+    weigh_spacing(l);
+    update_preconditioner(l, &l->now, 0, 0);
+    l->keeps_factor = l->hessian.has_factor;
+    if (l->failed == CURVOPT_OK && l->keeps_factor && precondition(l, l->now.gradient, step) == 0)
+        *gain = 0.5 * co_vector_dot(n, l->now.gradient, step) / fabs(l->now.value);
+    free(step);
+    return l->failed;
+}
+
 double co_level_moved(co_level *l) {
     return co_level_objective_distance(&l->objective, l->review.first, l->now.x);
 }

@@ -61,6 +61,9 @@ int32_t co_level_begin(co_level *level, curvopt_error *error);
 /* The same by the rules of another level of the same mesh and symmetry, which have been resolved there. ERROR_MEMORY.
  */
 int32_t co_level_begin_by_rules_of(co_level *level, const co_level *other, curvopt_error *error);
+/* What a step by the matrix of the first stage is predicted to bring where the level has begun, in parts of the
+ * function; INFINITY if there is none. The stage begins by that matrix. ERROR_MEMORY. */
+int32_t co_level_first_gain(co_level *level, double *gain, curvopt_error *error);
 /* The longest displacement of a vertex since then, in mean edges. */
 double co_level_moved(co_level *level);
 /* The level's minimum. level->report is told of every step. As curvopt_minimize. */

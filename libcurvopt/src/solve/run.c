@@ -228,53 +228,63 @@ static int32_t meet_entries(co_run *r, curvopt_error *error) {
     return co_given_constraints_place(r->result->mesh, &r->constraints, r->context.options->boundary, r->at.xyz, error);
 }
 
+/* A level over everything, at its start. */
+static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
+    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
+                                     r->at.start, number, level, error);
+    if (status != CURVOPT_OK)
+        return status;
+    co_run_watch(r, *level);
+    return co_level_begin(*level, error);
+}
+
 /* Over everything, and at the end along normals. */
 static int32_t solve_all(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
     double moved;
-    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
-                                     r->at.start, number, level, error);
-    if (status == CURVOPT_OK) {
-        co_run_watch(r, *level);
-        status = co_level_begin(*level, error);
-    }
-    if (status == CURVOPT_OK)
-        status = co_run_solve_level(r, *level, started, error);
+    int32_t status = co_run_solve_level(r, *level, started, error);
     if (status == CURVOPT_OK && !(*level)->is_final && !co_run_stopped_early(r) &&
         (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, *level)))
         status = settle_shape(r, number, (double)INFINITY, level, &moved, started, error);
     return status;
 }
 
-/* Along normals alone, where the start stands; *level is NULL where it does not. */
-static int32_t solve_standing(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
+/* Along normals alone: *level, which has begun, is exchanged if the start stands. */
+static int32_t solve_standing(co_run *r, int32_t number, co_level **level, int *stands, double started,
+                              curvopt_error *error) {
     const double farthest = 2 * r->context.tuning->standing_step; /* in steps that may be larger than the first */
-    int stands;
+    co_level *normals = NULL;
     double moved;
-    int32_t status = co_standing_start_look(r, number, &stands, error);
-    if (status != CURVOPT_OK || !stands)
-        return status;
     memcpy(r->at.xyz, r->at.start, 3 * sizeof *r->at.xyz * (size_t)r->result->mesh->info.n_vertices);
-    status = settle_shape(r, number, farthest, level, &moved, started, error);
-    if (status != CURVOPT_OK || r->at.report.stop == CURVOPT_STOP_CANCELLED ||
-        (r->at.report.stop == CURVOPT_STOP_CONVERGED && moved <= farthest))
+    int32_t status = settle_shape(r, number, farthest, &normals, &moved, started, error);
+    const int stop = r->at.report.stop;
+    *stands =
+        status != CURVOPT_OK || stop == CURVOPT_STOP_CANCELLED || (stop == CURVOPT_STOP_CONVERGED && moved <= farthest);
+    if (*stands && normals) {
+        co_level_destroy(*level);
+        *level = normals;
         return status;
-    co_level_destroy(*level);
-    *level = NULL;
+    }
+    co_level_destroy(normals);
     free(r->at.turn);
     r->at.turn = NULL;
-    return CURVOPT_OK;
+    return status;
 }
 
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
+    int stands = 0;
     r->at.report = (curvopt_level_report){.level = number,
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .iterations = r->spent.iterations,
                                           .evaluations = r->spent.evaluations};
     r->spent = (co_run_work){0};
-    int32_t status = solve_standing(r, number, &l, started, error);
-    if (status == CURVOPT_OK && !l)
+    int32_t status = begin_all(r, number, &l, error);
+    if (status == CURVOPT_OK)
+        status = co_standing_start_look(r, l, &stands, error);
+    if (status == CURVOPT_OK && stands)
+        status = solve_standing(r, number, &l, &stands, started, error);
+    if (status == CURVOPT_OK && !stands)
         status = solve_all(r, number, &l, started, error);
     if (status == CO_CANCELLED) {
         co_run_end_cancelled(r, l, started);
