@@ -248,6 +248,12 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     return status;
 }
 
+/* Whether the level's start may be the result of another run: none that this one has just made. */
+static int may_stand(const co_run *r, const co_level *l) {
+    return l->number == 1 && r->context.options->spacing == CURVOPT_SPACING_EVEN && !r->context.held && !r->is_live &&
+           r->sliding.n_sliding == 0 && !r->prospect.expects_plateau && l->hessian.exists;
+}
+
 /* Along normals alone: *level, which has begun, is exchanged if the start stands. */
 static int32_t solve_standing(co_run *r, int32_t number, co_level **level, int *stands, double started,
                               curvopt_error *error) {
@@ -280,8 +286,8 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
                                           .evaluations = r->spent.evaluations};
     r->spent = (co_run_work){0};
     int32_t status = begin_all(r, number, &l, error);
-    if (status == CURVOPT_OK)
-        status = co_standing_start_look(r, l, &stands, error);
+    if (status == CURVOPT_OK && may_stand(r, l))
+        status = co_standing_start_look(l, &r->at.symmetry, &r->constraints, r->at.start, &stands, error);
     if (status == CURVOPT_OK && stands)
         status = solve_standing(r, number, &l, &stands, started, error);
     if (status == CURVOPT_OK && !stands)

@@ -7,12 +7,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Whether the cage may be the result of another run: none that this one has just made. */
-static int may_stand(const co_run *r, const co_level *l) {
-    return l->number == 1 && r->context.options->spacing == CURVOPT_SPACING_EVEN && !r->context.held && !r->is_live &&
-           r->sliding.n_sliding == 0 && !r->prospect.expects_plateau && l->hessian.exists;
-}
-
 /* Longest displacement of a vertex by a step of Gauss and Newton's method, in mean edges. */
 static int32_t step_of(co_level *l, double *length, curvopt_error *error) {
     double *d = CO_NEW(double, co_level_objective_n(&l->objective));
@@ -27,32 +21,24 @@ static int32_t step_of(co_level *l, double *length, curvopt_error *error) {
     return status;
 }
 
-/* The same along the normals of the run's first cage. */
-static int32_t step_along_normals(const co_run *r, double *length, curvopt_error *error) {
+int32_t co_standing_start_look(co_level *all, const co_symmetry *symmetry, const co_constraints *constraints,
+                               const double *start, int *stands, curvopt_error *error) {
+    const co_run_context *run = all->objective.run;
     co_level *l = NULL;
-    *length = (double)INFINITY;
-    int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_NORMALS,
-                                     r->at.start, 1, &l, error);
+    double gain, length = (double)INFINITY;
+    *stands = 0;
+    int32_t status = co_level_first_gain(all, &gain, error);
+    if (status != CURVOPT_OK || !(gain <= run->tuning->standing_gain))
+        return status;
+    status = co_level_create(run, all->objective.mesh, symmetry, constraints, CO_MOTION_NORMALS, start, all->number, &l,
+                             error);
     if (status == CURVOPT_OK) {
-        l->working_tolerance = l->tolerance * r->context.tuning->working_third;
+        l->working_tolerance = l->tolerance * run->tuning->working_third;
         status = co_level_begin(l, error);
     }
     if (status == CURVOPT_OK && l->hessian.exists)
-        status = step_of(l, length, error);
+        status = step_of(l, &length, error);
     co_level_destroy(l);
-    return status;
-}
-
-int32_t co_standing_start_look(const co_run *r, co_level *l, int *stands, curvopt_error *error) {
-    const co_tuning *t = r->context.tuning;
-    double gain, length;
-    *stands = 0;
-    if (!may_stand(r, l))
-        return CURVOPT_OK;
-    int32_t status = co_level_first_gain(l, &gain, error);
-    if (status != CURVOPT_OK || !(gain <= t->standing_gain))
-        return status;
-    status = step_along_normals(r, &length, error);
-    *stands = status == CURVOPT_OK && length <= t->standing_step;
+    *stands = status == CURVOPT_OK && length <= run->tuning->standing_step;
     return status;
 }
