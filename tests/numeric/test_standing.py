@@ -71,3 +71,10 @@ def test_cancelled_at_a_standing_start():
     result = lib.minimize(mesh, "mvs", levels=1, progress=lambda p: p.iteration == 1)
     assert result.stop == "cancelled" and farthest(result, mesh) < 0.1
     assert result.summary.end.objective <= lib.minimize(mesh, "mvs", levels=1, max_iterations=1).summary.start.objective
+
+
+def test_steps_that_run_out_at_a_standing_start():
+    """The start is not formed anew: there are as many steps as there may be."""
+    first = lib.minimize(corpus_cage(8), "mvs", levels=1)
+    result = lib.minimize(touched(first.mesh, 1e-3), "mvs", levels=1, max_iterations=1)
+    assert result.stop == "limit" and steps_of(result) == 1

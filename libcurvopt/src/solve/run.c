@@ -263,8 +263,8 @@ static int32_t solve_standing(co_run *r, int32_t number, co_level **level, int *
     memcpy(r->at.xyz, r->at.start, 3 * sizeof *r->at.xyz * (size_t)r->result->mesh->info.n_vertices);
     int32_t status = settle_shape(r, number, farthest, &normals, &moved, started, error);
     const int stop = r->at.report.stop;
-    *stands =
-        status != CURVOPT_OK || stop == CURVOPT_STOP_CANCELLED || (stop == CURVOPT_STOP_CONVERGED && moved <= farthest);
+    *stands = status != CURVOPT_OK || stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_LIMIT ||
+              (stop == CURVOPT_STOP_CONVERGED && moved <= farthest);
     if (*stands && normals) {
         co_level_destroy(*level);
         *level = normals;
