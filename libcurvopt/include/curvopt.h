@@ -319,7 +319,8 @@ CURVOPT_API int32_t curvopt_boundary_from_name(const char *name);
  *   EVEN  evenly spaced: until the shape stands that is worth a part of the objective (a hundredth, a thousandth
  *         for third-order terms, and less from level to level). Then only the shape changes, by the objective
  *         alone: vertices move along normals, on free boundaries and creases across these. The verdict is on that.
- *         A cage that is a minimum already, but for a twentieth of an edge along normals, stays as it lies
+ *         A cage that is a minimum already, but for a twentieth of an edge along normals, stays as it lies where
+ *         no entries or numbers are held
  *   FREE  where the discrete objective is least, the report's way: all coordinates are minimized over, and the
  *         verdict is on them, too. Runs are longer, and cages are more distorted */
 #define CURVOPT_SPACING_LIST(X)                                                                                        \

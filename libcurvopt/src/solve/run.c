@@ -248,10 +248,12 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     return status;
 }
 
-/* Whether the level's start may be the result of another run: none that this one has just made. */
+/* Whether the level's start may be the result of another run: none that this one has just made, nor one where entries
+ * hold what may be elsewhere. */
 static int may_stand(const co_run *r, const co_level *l) {
-    return l->number == 1 && r->context.options->spacing == CURVOPT_SPACING_EVEN && !r->context.held && !r->is_live &&
-           r->sliding.n_sliding == 0 && !r->prospect.expects_plateau && l->hessian.exists;
+    const curvopt_options *o = r->context.options;
+    return l->number == 1 && o->spacing == CURVOPT_SPACING_EVEN && !o->constraints && !o->through && !r->context.held &&
+           !r->is_live && r->sliding.n_sliding == 0 && !r->prospect.expects_plateau && l->hessian.exists;
 }
 
 /* Along normals alone: *level, which has begun, is exchanged if the start stands. */
