@@ -248,11 +248,11 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     return status;
 }
 
-/* Whether the level's start may be the result of another run: none that this one has just made, nor one where entries
- * hold what may be elsewhere. */
+/* Whether the level's start may be the result of another run: none that this one has just made, nor one where something
+ * is held, which may be elsewhere, or drawn. */
 static int may_stand(const co_run *r, const co_level *l) {
     const curvopt_options *o = r->context.options;
-    return l->number == 1 && o->spacing == CURVOPT_SPACING_EVEN && !o->constraints && !o->through && !r->context.held &&
+    return l->number == 1 && o->spacing == CURVOPT_SPACING_EVEN && !r->constraints.freedom && !r->context.held &&
            !r->is_live && r->sliding.n_sliding == 0 && !r->prospect.expects_plateau && l->hessian.exists;
 }
 
