@@ -96,6 +96,7 @@
     X(double, spacing, 1e-2, 0, 10, "of the energy", "what an even cage is worth while the shape forms", "53")         \
     X(double, spacing_fall, 0.3, 0.01, 1, "factor", "of that from level to level, which inherit even cages", "53")     \
     X(double, spacing_third, 1e-3, 0, 10, "of the energy", "the same for third order", "53")                           \
+    X(double, spacing_forming, 1e-1, 0, 10, "of the energy", "the same while the first level's shape forms", "53")     \
     X(double, spacing_slide, 1e-2, 0, 10, "of the energy", "what it is worth while vertices slide along curves", "85") \
     X(double, repulsion, 1, 1e-4, 100, "of the energy", "of a surface that is close to itself all over", "113")        \
     X(double, repulsion_reach, 0.2, 0.01, 1, "mean edges", "distance at which parts of a surface repel each other",    \

@@ -75,7 +75,9 @@ static double worth_of_spacing(const co_level *l, const co_iterate *at) {
     double energy = fabs(co_level_objective_energy(&l->objective, at));
     if (l->motion == CO_MOTION_SLIDE)
         return t->spacing_slide * fmax(energy, co_penalty_stiffness(l->objective.run->options->weights));
-    double worth = l->objective.assembly.functional.has_third ? t->spacing_third : t->spacing;
+    double worth = !l->objective.assembly.functional.has_third ? t->spacing
+                   : l->is_forming && l->number == 1           ? t->spacing_forming
+                                                               : t->spacing_third;
     for (int32_t k = 1; k < l->number; k++)
         worth *= t->spacing_fall;
     return worth * energy;
@@ -308,6 +310,7 @@ static int32_t refine(void *context, curvopt_error *error) {
     co_level *l = context;
     const double wanted = (l->is_final ? 1 : l->objective.run->tuning->working_factor) * l->tolerance;
     co_step_verdict verdict;
+    l->is_forming = 0;
     if (!(wanted < l->working_tolerance))
         return CURVOPT_OK;
     l->working_tolerance = wanted;
@@ -390,6 +393,7 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
                                     .value = value};
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
     l->keeps_factor = prospect->is_near;
+    l->is_forming = schedule.forms && !prospect->is_passing; /* a solver that stays has its cage to be near */
     if (!prospect->is_near && report(l, &l->now, &none))
         return CURVOPT_OK;
     int32_t status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
@@ -436,6 +440,7 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->number = number;
     l->motion = motion;
     l->is_final = finds_result(run, motion, number);
+    l->is_forming = motion == CO_MOTION_ALL;
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;

@@ -28,6 +28,7 @@ typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
     co_motion motion;
     int is_final;   /* what is found here is the run's result: nothing follows that moves it */
+    int is_forming; /* the shape has not formed yet: the first stage */
     co_iterate now; /* where the level stands */
     co_level_objective objective;
     co_level_hessian hessian;
