@@ -207,7 +207,7 @@ def test_cancel_from_another_thread_ends_the_run_soon():
     ended = time.process_time()
     timer.join()
     assert result.stop == "cancelled" and ended - at[0] <= 3.0
-    assert result.summary.end.objective <= result.summary.start.objective * (1 + 1e-14)  # no step yet: sums in another order
+    assert result.summary.end.objective <= result.summary.start.objective
 
 
 def test_flag_raised_before_the_start_returns_the_input():
