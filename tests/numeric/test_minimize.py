@@ -210,6 +210,17 @@ def test_cancel_from_another_thread_ends_the_run_soon():
     assert result.summary.end.objective <= result.summary.start.objective
 
 
+@pytest.mark.parametrize("energy", ["willmore", "mvs"])
+def test_a_run_cancelled_before_its_first_step_has_the_figures_of_its_input(energy):
+    for seed in range(4):
+        cage = perturbed(torus_cage(12 + seed, 7, 0.3), 0.05, seed)
+        result = lib.minimize(cage, energy, levels=2, progress=lambda _: True)
+        assert result.stop == "cancelled" and result.levels[0].iterations == 0
+        assert result.summary.end.objective == result.summary.start.objective
+        assert result.levels[0].energy == result.summary.start.objective
+        assert np.abs(result.mesh.xyz - cage.xyz).max() == 0
+
+
 def test_flag_raised_before_the_start_returns_the_input():
     cage = torus_cage(8, 6, 0.3)
     cancel = lib.make_cancel()

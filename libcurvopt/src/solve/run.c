@@ -278,6 +278,19 @@ static int32_t solve_standing(co_run *r, int32_t number, co_level **level, int *
     return status;
 }
 
+/* A run that was cancelled before its first step has the figures of its input, to the last digit: sums of the same cage
+ * by other rules, or in another order, are others. Held numbers may have been met before the first step. */
+static void keep_start(co_run *r, int32_t number, const co_level *l) {
+    co_level_result *at = &r->at;
+    if (at->report.stop != CURVOPT_STOP_CANCELLED || r->is_live || number > 1 || at->report.iterations > 0 ||
+        r->context.held || !(r->result->start.area > 0) || !l || !l->reached ||
+        memcmp(l->reached, l->review.first, co_level_objective_n(&l->objective) * sizeof(double)) != 0)
+        return;
+    memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);
+    at->energies = r->result->start;
+    at->report.energy = at->energies.objective;
+}
+
 int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *error) {
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
@@ -298,6 +311,8 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
         co_run_end_cancelled(r, l, started);
         status = CURVOPT_OK;
     }
+    if (status == CURVOPT_OK)
+        keep_start(r, number, l);
     if (status == CURVOPT_OK)
         status = meet_entries(r, error);
     if (status != CURVOPT_OK) {
