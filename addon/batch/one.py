@@ -73,7 +73,7 @@ def run(options: argparse.Namespace, also: dict[str, object] | None = None) -> s
     held, folded = in_mesh_numbers(messages.exceptions_text(solution.exceptions)), in_mesh_numbers(messages.folds_text(solution))
     counted = messages.marks_text(request), messages.sliding_text(request, solution)
     counted = *counted, messages.contact_text(request, solution), messages.volume_text(request, solution), shown
-    measured = messages.deviation_text(solution), messages.crossings_text(solution)
+    measured = messages.deviation_text(solution), messages.growth_text(request, solution), messages.crossings_text(solution)
     parts = messages.solution_text(request, solution), *counted, *measured, held, folded, verdict
     return "\n".join(part for part in parts if part)
 

@@ -12,6 +12,7 @@ from . import least
 from .energy import number_text, weights_of
 from .job import ModalRun, Phase, Request, Solution
 from .live import View
+from .rims import is_open
 
 
 class UserError(RuntimeError):
@@ -72,6 +73,7 @@ _STOP_WORDS = {
     "memory": "stopped early: the next level needs more memory than there is",
     "unresolved": "stopped early: the surface develops features too fine to resolve",
     "settled": "settled: it falls too slowly to go on",
+    "grown": "stopped early: the surface grows without end",
 }
 
 
@@ -163,6 +165,17 @@ def deviation_text(solution: Solution) -> str:
         f"Farthest from the original: {number_text(found.max)} (at most {number_text(found.bound)}), "
         f"root mean square {number_text(found.rms)}."
     )
+
+
+_GROWN = 10.0  # times the area that the original had, from which on that is said
+
+
+def growth_text(request: Request, solution: Solution) -> str:
+    """That an open surface has grown because nothing holds its boundary, in a sentence; empty if it has not."""
+    times = solution.end.area / solution.start.area if solution.start.area > 0 else math.nan
+    if request.boundary != "free" or not times > _GROWN or not is_open(solution.cage):
+        return ""
+    return f"The surface has {times:.3g} times the area that it had: with a free boundary bending falls as it grows. Hold the boundary, or more vertices"
 
 
 def crossings_text(solution: Solution) -> str:

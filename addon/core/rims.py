@@ -85,6 +85,11 @@ def sliding_vertices(cage: Cage, part: Part, rim: str, boundary: str) -> np.ndar
     return none if moves_curves(cage, moving) else moving_vertices(cage, part, rim, "free") & ~moving
 
 
+def is_open(cage: Cage) -> bool:
+    """Whether the surface has a boundary."""
+    return bool(_on_boundary(cage).any())
+
+
 def has_curves(cage: Cage, boundary: str) -> bool:
     """Whether the library has curves along which vertices slide that `boundary` holds. It may still hold their
     vertices for another reason."""
@@ -164,9 +169,13 @@ def _beside(cage: Cage, selected: np.ndarray, inside: np.ndarray, rim: np.ndarra
 
 def _on_curves(cage: Cage) -> np.ndarray:
     """Vertices (n,) on boundaries and infinitely sharp creases."""
-    found, n = _infinitely_sharp(cage), len(cage.positions)
-    pairs = sides(cage.face_sizes, cage.face_vertices)
-    _, which, count = np.unique(edge_keys(pairs, n), return_inverse=True, return_counts=True)
+    return _infinitely_sharp(cage) | _on_boundary(cage)
+
+
+def _on_boundary(cage: Cage) -> np.ndarray:
+    """Vertices (n,) on boundaries."""
+    found, pairs = np.zeros(len(cage.positions), bool), sides(cage.face_sizes, cage.face_vertices)
+    _, which, count = np.unique(edge_keys(pairs, len(found)), return_inverse=True, return_counts=True)
     found[pairs[count[which.reshape(-1)] == 1]] = True  # numpy 2.0 gives `which` another shape
     return found
 

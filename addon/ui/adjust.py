@@ -89,8 +89,8 @@ strength, with Slide, or with Keep Volume"""
             shown = placement.animate_run(context, obj, source, solution)
             in_mesh_numbers = source.layout.in_mesh_numbers
             held, folded = in_mesh_numbers(messages.exceptions_text(solution.exceptions)), in_mesh_numbers(messages.folds_text(solution))
-            crossed = messages.crossings_text(solution)
-            warnings = messages.refined_text(request), messages.volume_text(request, solution), held, folded, crossed, remark
+            grown, crossed = messages.growth_text(request, solution), messages.crossings_text(solution)
+            warnings = messages.refined_text(request), messages.volume_text(request, solution), held, folded, grown, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
             told = messages.marks_text(request), messages.sliding_text(request, solution), messages.contact_text(request, solution)
             parts = *warnings, *told, smoothed, shown

@@ -73,7 +73,8 @@ Volume"""
             held, folded = in_mesh_numbers(messages.exceptions_text(solution.exceptions)), in_mesh_numbers(messages.folds_text(solution))
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
-            found = messages.volume_text(request, solution), held, folded, messages.crossings_text(solution), moved.remark
+            grown, crossed = messages.growth_text(request, solution), messages.crossings_text(solution)
+            found = messages.volume_text(request, solution), held, folded, grown, crossed, moved.remark
             parts = *found, messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)

@@ -973,14 +973,18 @@ CURVOPT_API int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *x
  *   LIMIT       max_iterations steps were made
  *   CANCELLED   the callback or curvopt_cancel_request asked for it; figures that were not known yet are NAN
  *   UNRESOLVED  the surface develops features that the finest quadrature cannot resolve
- *   SETTLED     the energy still falls, but too slowly to go on; GAUSS_NEWTON only */
+ *   SETTLED     the energy still falls, but too slowly to go on; GAUSS_NEWTON only
+ *   GROWN       an open surface whose boundary is free, in the input's frame and without springs, has become thirty
+ * times as large as the cage that the level began with: energies without a size fall as it grows, and nothing ends
+ * that. Levels that would follow are left out */
 #define CURVOPT_STOP_LIST(X)                                                                                           \
     X(CONVERGED, 0, "converged")                                                                                       \
     X(STALLED, 1, "stalled")                                                                                           \
     X(LIMIT, 2, "limit")                                                                                               \
     X(CANCELLED, 3, "cancelled")                                                                                       \
     X(UNRESOLVED, 4, "unresolved")                                                                                     \
-    X(SETTLED, 5, "settled")
+    X(SETTLED, 5, "settled")                                                                                           \
+    X(GROWN, 6, "grown")
 
 typedef enum curvopt_stop {
 #define CURVOPT_STOP_ENUM(name, value, text) CURVOPT_ENUMERATOR(STOP, name, value)
@@ -990,7 +994,7 @@ typedef enum curvopt_stop {
 } curvopt_stop;
 CURVOPT_API const char *curvopt_stop_name(int32_t stop);
 CURVOPT_API int32_t curvopt_stop_from_name(const char *name);
-/* "converged", "stalled", "limit", "cancelled", "unresolved", "settled"; never NULL. */
+/* "converged", "stalled", "limit", "cancelled", "unresolved", "settled", "grown"; never NULL. */
 CURVOPT_API const char *curvopt_stop_text(int32_t stop);
 
 typedef struct curvopt_result curvopt_result;

@@ -110,12 +110,23 @@ static void print_verdict(const curvopt_summary *s, int was_verified) {
         printf(was_verified ? "; others are not known" : "; --verify looks at all");
 }
 
+/* Times the area of the input, from which on an open surface with a free boundary is said to have grown. */
+static const double GROWN = 10;
+
+static void print_growth(const json_report *r, int32_t boundary) {
+    const double times = r->energies->area / r->start->area;
+    if (boundary == CURVOPT_BOUNDARY_FREE && r->info->n_boundary_edges > 0 && times > GROWN)
+        printf("%-22s %.3g times the area: with a free boundary bending falls as it grows; hold the boundary, or more "
+               "vertices\n",
+               "grown", times);
+}
+
 /* Says to people, not to programs, what the run did. */
-static void print_run(const json_report *r, int was_verified) {
+static void print_run(const json_report *r, const curvopt_options *options) {
     const curvopt_summary *s = r->summary;
     printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
            curvopt_stop_text(s->stop));
-    print_verdict(s, was_verified);
+    print_verdict(s, options->verify);
     printf("%s)\n", s->n_touching ? "; held by contact" : "");
     if (s->n_sliding)
         printf(
@@ -131,6 +142,7 @@ static void print_run(const json_report *r, int was_verified) {
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);
+    print_growth(r, options->boundary);
 }
 
 /* ------------------------------------------------------------------------------------------------ commands -- */
@@ -413,7 +425,7 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     free_result(&cage);
     if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
         !is_standard_output(a->trace)) {
-        print_run(&report, a->options.verify);
+        print_run(&report, &a->options);
         measures_print(stdout, &measured, 0);
         held_print(stdout, &in->held);
     }

@@ -406,6 +406,28 @@ def test_the_report_says_why_a_cage_was_refined():
     assert messages.refined_text(job.Request("willmore", 3)) == ""
 
 
+def test_an_open_surface_that_grows_is_said_to():
+    """Five vertices hold it in the frame, and its boundary is free; not where the boundary is held, nor a closed one."""
+    points, faces = shapes.grid(4)
+    x, y = points[:, 0], points[:, 1]
+    bump = np.stack([x, y, 1.2 - 0.15 * ((x - 2) ** 2 + (y - 2) ** 2) + 0.02 * ((7 * x + 3 * y) % 5)], axis=1)
+    shape, pins = cage(bump, faces), Held.exactly([6, 8, 12, 16, 18])
+    request = job.Request("willmore", 1, held=pins, boundary="free")
+    solution = job.solve(shape, request)
+    times = solution.end.area / solution.start.area
+    assert solution.stop == "grown" and times > 10
+    assert messages.growth_text(request, solution) == (
+        f"The surface has {times:.3g} times the area that it had: with a free boundary bending falls as it grows. "
+        "Hold the boundary, or more vertices"
+    )
+    assert "stopped early: the surface grows without end" in messages.solution_text(request, solution)
+    assert messages.growth_text(dataclasses.replace(request, boundary="position"), solution) == ""
+    closed = dataclasses.replace(solution, cage=cage(*shapes.torus()))
+    assert messages.growth_text(request, closed) == ""
+    kept = job.Request("willmore", 1, held=pins)
+    assert messages.growth_text(kept, job.solve(shape, kept)) == ""
+
+
 def test_refusals_use_blenders_words():
     cone = library.load().c.curvopt_exception_text(abi.EXCEPTIONS.index("cone")).decode()
     assert messages.failure_text(library.CurvoptError(6, 3, f"vertex 3, where {cone}")) == (

@@ -15,6 +15,7 @@ from nets import CUBE, mixed_cage, torus_cage
 from osd import osd_jets
 
 CASES = {**open_cases(), **creased_cases()}
+FREE = 3  # curvopt_boundary
 NO_TANGENT_PLANE = "energies of curvature are infinite"
 
 
@@ -444,3 +445,48 @@ def test_command_line_reads_and_writes_creases():
         assert [t for t in tags if t[0] == "corner"] == [["corner", "1/1/0", "7", "0.25"]]
         wrong = lib.run_cli("evaluate", str(cage), "--boundary-rule", "sharp")
         assert wrong.returncode == 2 and "--boundary-rule" in wrong.stderr
+
+
+# ------------------------------------------------------------------------------------ nothing holds the size --
+
+
+def bump(n: int = 5) -> Mesh:
+    """A grid of n x n vertices, raised in the middle, and not symmetric."""
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    z = 1.2 - 0.15 * ((x - 2) ** 2 + (y - 2) ** 2) + 0.02 * ((7 * x + 3 * y) % 5)
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(float)
+    faces = [[y * n + x, y * n + x + 1, (y + 1) * n + x + 1, (y + 1) * n + x]
+             for y in range(n - 1) for x in range(n - 1)]
+    return mesh_from_faces(points, faces)
+
+
+def radius(mesh: Mesh) -> float:
+    """The root mean square distance of the vertices from their centroid."""
+    return float(np.sqrt(((mesh.xyz - mesh.xyz.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+@pytest.mark.parametrize("levels", [1, 3])
+def test_an_open_surface_that_grows_without_end_is_stopped(levels):
+    """Five vertices are held, and the boundary is free: as the surface grows round them, Willmore's energy falls to 0."""
+    cage, pins = bump(), lib.constraints([6, 8, 12, 16, 18])
+    seen = []
+    result = lib.minimize(cage, boundary=FREE, levels=levels, constraints=pins,
+                          progress=lambda p: seen.append(p.iteration) or False)
+    assert result.stop == "grown" and result.verdict != "minimum" and result.summary.n_levels <= 2
+    assert 10 <= radius(result.mesh) / radius(cage) <= 20 and len(seen) < 300
+    assert result.summary.end.objective < 0.1 * result.summary.start.objective
+    if levels == 1:
+        assert np.abs(result.mesh.xyz - cage.xyz)[[6, 8, 12, 16, 18]].max() <= 1e-12
+    unseen = lib.minimize(cage, boundary=FREE, levels=levels, constraints=pins)
+    assert unseen.stop == "grown" and np.array_equal(unseen.mesh.xyz, result.mesh.xyz)
+
+
+@pytest.mark.parametrize("held", [{"boundary": 0}, {"hold": {"area": "keep"}}, {"constraints": None}])
+def test_an_open_surface_whose_size_is_held_does_not_grow(held):
+    """By its boundary, by its area, or because nothing holds it anywhere, and its size is the input's."""
+    cage = bump()
+    options = {"boundary": FREE, "constraints": lib.constraints([6, 8, 12, 16, 18]), **held}
+    if options["constraints"] is None:
+        del options["constraints"]
+    result = lib.minimize(cage, levels=2, max_iterations=100, **options)
+    assert result.stop != "grown" and radius(result.mesh) <= 3 * radius(cage)

@@ -319,7 +319,7 @@ static void test_names_and_values_find_each_other(void **state) {
     CHECK_NAMES(boundary, 0, "position", "tangent", "curvature", "free");
     CHECK_NAMES(symmetry, 0, "auto", "none", "rotations", "keep", "planes");
     CHECK_NAMES(plane, 1, "x", "y", "z");
-    CHECK_NAMES(stop, 0, "converged", "stalled", "limit", "cancelled", "unresolved", "settled");
+    CHECK_NAMES(stop, 0, "converged", "stalled", "limit", "cancelled", "unresolved", "settled", "grown");
     CHECK_NAMES(step, 0, "none", "lbfgs", "newton");
     CHECK_NAMES(verdict, 0, "unknown", "minimum", "saddle", "not_stationary");
     assert_string_equal(curvopt_verdict_text(CURVOPT_VERDICT_NOT_STATIONARY), "not stationary");

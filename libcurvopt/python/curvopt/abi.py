@@ -8,7 +8,7 @@ HEADER_VERSION = (0, 1)  # CURVOPT_VERSION_MAJOR, _MINOR of the curvopt.h that t
 
 TERMS = ("willmore", "mvs", "mvs_cross", "variation", "mehlum_tarrou", "area", "mean_curvature")  # by curvopt_term
 SURFACES = ("auto", "limit", "plane", "polynomial")  # by curvopt_surface
-STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled")  # by curvopt_stop
+STOPS = ("converged", "stalled", "limit", "cancelled", "unresolved", "settled", "grown")  # by curvopt_stop
 VERDICTS = ("unknown", "minimum", "saddle", "not stationary")  # by curvopt_verdict
 STATUSES = (  # by curvopt_status
     "ok", "argument", "memory", "size", "topology", "geometry", "surface", "unsupported", "resolution", "cancelled",

@@ -171,11 +171,22 @@ static double weight_of(const curvopt_constraints *given, int32_t i) {
     return given->weights ? co_constraint_weight(given->weights[i]) : 1;
 }
 
+static int has_place(const curvopt_constraints *given, int32_t i) {
+    return given->has_places && given->places && !isnan(given->places[3 * (size_t)i]);
+}
+
+int co_given_constraints_have_places(const curvopt_constraints *given) {
+    for (int32_t i = 0; given && i < given->n; i++)
+        if (has_place(given, i))
+            return 1;
+    return 0;
+}
+
 /* What constraint i has that a run within a distance cannot promise; NULL if nothing. */
 static const char *against_within(const curvopt_constraints *given, int32_t i) {
     const int32_t freedom = freedom_of(given, i);
     const double weight = weight_of(given, i);
-    if (given->has_places && given->places && !isnan(given->places[3 * (size_t)i]))
+    if (has_place(given, i))
         return "has a place where the vertex is to be";
     return weight > 0 && weight < 1 && freedom != CO_FREEDOM_NONE ? "is soft and leaves directions free" : NULL;
 }
@@ -197,11 +208,10 @@ int32_t co_given_constraints_check_strength(const curvopt_constraints *given, co
                                             curvopt_error *error) {
     if (options->within > 0)
         return check_within(given, error);
-    for (int32_t i = 0; given && given->has_places && given->places && options->strength < 1 && i < given->n; i++) {
-        const double *place = given->places + 3 * (size_t)i;
+    for (int32_t i = 0; given && options->strength < 1 && i < given->n; i++) {
         const int32_t freedom = freedom_of(given, i);
         const double weight = weight_of(given, i);
-        if (!isnan(place[0]) && weight > 0 && (weight < 1 || freedom != CO_FREEDOM_NONE))
+        if (has_place(given, i) && weight > 0 && (weight < 1 || freedom != CO_FREEDOM_NONE))
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
                                   "constraint %d has a place for vertex %d and does not hold it exactly there, where a "
                                   "strength below 1 pulls it back to the input; hold it exactly, or use strength 1",

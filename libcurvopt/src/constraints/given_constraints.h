@@ -12,6 +12,8 @@ int32_t co_given_constraints_create(const curvopt_mesh *mesh, const double *xyz,
  * constraint stands against options.within. */
 int32_t co_given_constraints_check_strength(const curvopt_constraints *given, const curvopt_options *options,
                                             curvopt_error *error);
+/* Whether any of these, NULL for none, has a place of its own. */
+int co_given_constraints_have_places(const curvopt_constraints *given);
 /* Whether there are constraints for which other vertices near them move, too. */
 int co_given_constraints_move_cage(const co_constraints *constraints);
 /* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be, without moving what

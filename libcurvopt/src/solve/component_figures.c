@@ -8,8 +8,9 @@
 /* From the best to the worst. */
 static const int32_t verdicts[] = {CURVOPT_VERDICT_MINIMUM, CURVOPT_VERDICT_SADDLE, CURVOPT_VERDICT_UNKNOWN,
                                    CURVOPT_VERDICT_NOT_STATIONARY};
-static const int32_t stops[] = {CURVOPT_STOP_CONVERGED, CURVOPT_STOP_SETTLED,    CURVOPT_STOP_STALLED,
-                                CURVOPT_STOP_LIMIT,     CURVOPT_STOP_UNRESOLVED, CURVOPT_STOP_CANCELLED};
+static const int32_t stops[] = {CURVOPT_STOP_CONVERGED, CURVOPT_STOP_SETTLED, CURVOPT_STOP_STALLED,
+                                CURVOPT_STOP_LIMIT,     CURVOPT_STOP_GROWN,   CURVOPT_STOP_UNRESOLVED,
+                                CURVOPT_STOP_CANCELLED};
 enum { N_VERDICTS = sizeof verdicts / sizeof *verdicts, N_STOPS = sizeof stops / sizeof *stops };
 
 static int32_t worse(const int32_t *order, int n, int32_t a, int32_t b) {

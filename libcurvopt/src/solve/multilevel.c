@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/given_constraints.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
 #include "solve/component_options.h"
@@ -51,7 +52,7 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
 static int has_lost(const co_run *r) {
     const curvopt_result *result = r->result;
     const curvopt_options *o = r->context.options;
-    const int moves = o->through || (o->constraints && o->constraints->has_places) || r->held.n;
+    const int moves = o->through || co_given_constraints_have_places(o->constraints) || r->held.n;
     return result->summary.stop == CURVOPT_STOP_UNRESOLVED && !moves &&
            !(result->end.objective <= result->start.objective);
 }

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
+#include "mesh/similarity.h"
 #include "solve/discretization_error.h"
 #include "solve/held_scalars.h"
 #include "solve/level_figures.h"
@@ -68,17 +69,38 @@ void co_run_show(co_run *r, const co_level *l) {
         r->at.xyz[i] += r->shown_beside[i];
 }
 
+/* Times the size of the cage that the level began with, from which on an open surface grows without end
+ * (libcurvopt/notes/69-surfaces-that-grow.md). */
+static const double GROWN = 10;
+
+/* Whether nothing holds the surface's size: an open one whose boundary is free, some of whose vertices are held.
+ * Springs may pull it far. */
+static int may_grow(const co_run *r, const co_level *l) {
+    const co_level_objective *o = &l->objective;
+    return o->is_framed && !r->is_live && r->context.options->boundary == CURVOPT_BOUNDARY_FREE &&
+           o->mesh->info.n_boundary_edges > 0 && l->motion != CO_MOTION_SLIDE && !o->penalty.n && !o->penalty.surface.n;
+}
+
+/* What is shown has grown. */
+static int has_grown(const co_run *r, const co_level *l) {
+    double centroid[3];
+    const double first = co_similarity_mesh_frame(l->objective.mesh, r->at.start, centroid);
+    return co_similarity_mesh_frame(l->objective.mesh, r->at.xyz, centroid) > GROWN * fmax(first, r->context.radius);
+}
+
 static int report(const co_level *l, const co_step_record *record, void *user) {
     co_run *r = user;
+    const int watches_size = may_grow(r, l);
     double slid = 0;
     if (co_run_context_is_cancelled(&r->context))
         return 1;
-    if (!r->progress && l->motion != CO_MOTION_SLIDE)
+    if (!r->progress && l->motion != CO_MOTION_SLIDE && !watches_size)
         return 0;
     co_run_show(r, l);
     if (l->motion == CO_MOTION_SLIDE)
         slid = co_sliding_put_back(&r->sliding, r->at.xyz);
-    return tell(r, l, record) || slid > FARTHEST_SLIDE;
+    r->has_grown = watches_size && has_grown(r, l);
+    return tell(r, l, record) || r->has_grown || slid > FARTHEST_SLIDE;
 }
 
 void co_run_watch(co_run *r, co_level *l) {
@@ -116,6 +138,10 @@ static void note_held(co_level_result *at, co_level *l) {
     note_size(at, l);
 }
 
+static int was_cancelled(const co_run *r) {
+    return r->is_asked_to_stop || co_run_context_is_cancelled(&r->context);
+}
+
 /* Energies at the level's end, and its cage. The report has the counts already. */
 static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvopt_error *error) {
     int resolved;
@@ -129,6 +155,8 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     at->report.energy = at->energies.objective;
     at->report.gradient_norm = co_level_objective_relative_gradient(&l->objective, &l->now);
     at->report.stop = resolved || !l->is_final ? stop : CURVOPT_STOP_UNRESOLVED;
+    if (stop == CURVOPT_STOP_CANCELLED && r->has_grown && !was_cancelled(r))
+        at->report.stop = CURVOPT_STOP_GROWN;
     at->report.seconds = co_clock_seconds() - started;
     return CURVOPT_OK;
 }
@@ -152,7 +180,7 @@ void co_run_end_cancelled(co_run *r, co_level *l, double started) {
 
 int co_run_stopped_early(const co_run *r) {
     int32_t stop = r->at.report.stop;
-    return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED;
+    return stop == CURVOPT_STOP_CANCELLED || stop == CURVOPT_STOP_UNRESOLVED || stop == CURVOPT_STOP_GROWN;
 }
 
 int32_t co_run_solve_level(co_run *r, co_level *l, double started, curvopt_error *error) {
@@ -300,6 +328,7 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
                                           .iterations = r->spent.iterations,
                                           .evaluations = r->spent.evaluations};
     r->spent = (co_run_work){0};
+    r->has_grown = 0;
     int32_t status = begin_all(r, number, &l, error);
     if (status == CURVOPT_OK && may_stand(r, l))
         status = co_standing_start_look(l, &r->at.symmetry, &r->constraints, r->at.start, &stands, error);

@@ -59,6 +59,7 @@ typedef struct co_run {
     int is_component;             /* of a larger cage, where nothing may move on any level (component_runs.h) */
     int stands;                   /* nothing does */
     int is_asked_to_stop;         /* by the callback */
+    int has_grown;                /* the level ended because the surface grows without end: CURVOPT_STOP_GROWN */
     co_level_prospect prospect;   /* of the levels to come */
     co_level_result at;           /* the present level */
     curvopt_result *result;       /* its mesh is the present one */

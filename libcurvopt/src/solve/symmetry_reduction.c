@@ -43,7 +43,8 @@ static worth worth_of(const co_run *r, const co_level_result *from, co_motion am
         among == CO_MOTION_ALL ? co_symmetry_reduction_worth(t, from->symmetry.order, at->symmetry.order) : 0;
     const double whole = from->report.energy + co_run_context_reference(&r->context);
     double gain = (from->report.energy + from->penalty - at->report.energy - at->penalty) / fabs(whole);
-    if (at->report.stop == CURVOPT_STOP_UNRESOLVED) /* that would end the run */
+    if (at->report.stop == CURVOPT_STOP_UNRESOLVED ||
+        at->report.stop == CURVOPT_STOP_GROWN) /* that would end the run */
         return NOT_WORTH_IT;
     if (at->report.stop == CURVOPT_STOP_CANCELLED)
         return gain > 0 ? WORTH_IT : NOT_WORTH_IT;
