@@ -490,3 +490,32 @@ def test_an_open_surface_whose_size_is_held_does_not_grow(held):
         del options["constraints"]
     result = lib.minimize(cage, levels=2, max_iterations=100, **options)
     assert result.stop != "grown" and radius(result.mesh) <= 3 * radius(cage)
+
+
+def random_sheet(seed: int) -> tuple[Mesh, np.ndarray]:
+    """A rough sheet of 16 to 49 vertices, and some of these that are held."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(4, 8))
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    a = rng.uniform(-0.3, 0.3, 5)
+    z = a[0] * (x - n / 2) ** 2 / 2 + a[1] * (y - n / 2) ** 2 / 2 + a[2] * (x - n / 2) * (y - n / 2)
+    points = np.stack([x, y, z + rng.normal(size=x.shape) * 0.1], axis=-1).reshape(-1, 3)
+    faces = [[j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i] for j in range(n - 1) for i in range(n - 1)]
+    return mesh_from_faces(points, faces), np.sort(rng.choice(n * n, int(rng.integers(3, 8)), replace=False))
+
+
+def test_what_a_level_has_lost_the_one_before_it_has():
+    """Held vertices that are put back on a finer cage make spikes there, and some runs end unresolved above their input. The
+    result is then the last level that ended below it, or the input."""
+    n_lost = 0
+    for seed in (5, 17):
+        cage, held = random_sheet(seed)
+        result = lib.minimize(cage, boundary=FREE, levels=3, constraints=lib.constraints(held))
+        end, start = result.summary.end.objective, result.summary.start.objective
+        assert end <= start and end == pytest.approx(lib.evaluate(result.mesh).objective, rel=1e-3)
+        n_lost += result.stop == "unresolved" and result.summary.n_levels < 3
+        if result.stop == "unresolved" and result.summary.n_levels == 1:
+            assert end < 0.2 * start and result.verdict == "unknown"
+            assert result.mesh.n_vertices == cage.n_vertices
+            assert np.abs(result.mesh.xyz - cage.xyz)[held].max() <= 1e-12
+    assert n_lost >= 1

@@ -495,6 +495,10 @@ int32_t co_adaptive_quadrature_not_finite(const co_assembly *a, curvopt_error *e
                           "the energy is not finite: the surface is degenerate at face %d", a->worst_face);
 }
 
+int co_adaptive_quadrature_closes(const curvopt_energies *e) {
+    return !(e->gauss_bonnet_defect > CO_LARGEST_DEFECT + CO_ACCEPTABLE_ERROR * e->term[CURVOPT_TERM_WILLMORE]);
+}
+
 int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energies *e, curvopt_error *error) {
     double relative_area = e->area / (a->radius * a->radius);
     if (!(relative_area > CO_LEAST_AREA))
@@ -502,7 +506,7 @@ int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energie
                               "the cage has zero area: its surface's is %g of its size squared", relative_area);
     if (!isfinite(e->objective))
         return co_adaptive_quadrature_not_finite(a, error);
-    if (e->gauss_bonnet_defect > CO_LARGEST_DEFECT + CO_ACCEPTABLE_ERROR * e->term[CURVOPT_TERM_WILLMORE])
+    if (!co_adaptive_quadrature_closes(e))
         return co_status_fail(
             error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
             "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "

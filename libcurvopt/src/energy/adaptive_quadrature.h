@@ -52,6 +52,9 @@ void co_adaptive_quadrature_glance(co_assembly *assembly, const double *x, curvo
  * grow with the bad shapes that a run passes through. *changed: whether any was changed. ERROR_MEMORY. */
 int32_t co_adaptive_quadrature_coarsen(co_assembly *assembly, double tolerance, int *changed, curvopt_error *error);
 
+/* Whether the total curvature is what Gauss and Bonnet say, as far as errors of rules let it; where it is not known,
+ * yes. */
+int co_adaptive_quadrature_closes(const curvopt_energies *energies);
 /* Whether resolved `energies` are those of a surface: ERROR_GEOMETRY for zero area or an energy that is not finite,
  * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
 int32_t co_adaptive_quadrature_check(const co_assembly *assembly, const curvopt_energies *energies,

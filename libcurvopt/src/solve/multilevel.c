@@ -32,7 +32,41 @@ static void end_at_start(co_run *r) {
     co_run_summarize(r);
 }
 
-static int32_t run_levels(co_run *r, curvopt_error *error) {
+/* The last level that ended below the input, with a surface that can be resolved: the result where a later one is lost.
+ */
+typedef struct kept_level {
+    curvopt_mesh *mesh; /* NULL: there is none */
+    double *xyz;        /* [3 n_vertices] */
+    curvopt_energies energies;
+    double springs, curve_deviation; /* as in the summary */
+    int32_t number;
+} kept_level;
+
+static void kept_level_free(kept_level *kept) {
+    co_mesh_destroy(kept->mesh);
+    free(kept->xyz);
+    *kept = (kept_level){0};
+}
+
+static int32_t keep_level(const co_run *r, int32_t number, kept_level *kept, curvopt_error *error) {
+    const size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
+    if (!(r->at.energies.objective <= r->result->start.objective) || !co_adaptive_quadrature_closes(&r->at.energies))
+        return CURVOPT_OK;
+    kept_level_free(kept);
+    int32_t status = co_submesh_copy(r->result->mesh, &kept->mesh, error);
+    if (status == CURVOPT_OK && !(kept->xyz = CO_NEW(double, n)))
+        status = co_status_no_memory(error);
+    if (status != CURVOPT_OK)
+        return status;
+    memcpy(kept->xyz, r->at.xyz, n * sizeof *kept->xyz);
+    kept->energies = r->at.energies;
+    kept->springs = r->at.springs;
+    kept->curve_deviation = co_sliding_deviation(&r->sliding);
+    kept->number = number;
+    return CURVOPT_OK;
+}
+
+static int32_t run_levels(co_run *r, kept_level *kept, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     for (int32_t number = 1; number <= r->context.options->levels; number++) {
         int32_t status = number > 1 ? co_run_level_subdivide(r, error) : CURVOPT_OK;
@@ -43,6 +77,9 @@ static int32_t run_levels(co_run *r, curvopt_error *error) {
         summary->n_levels = number;
         if (co_run_level_ends_run(r, number))
             break;
+        status = keep_level(r, number, kept, error);
+        if (status != CURVOPT_OK)
+            return status;
     }
     co_run_summarize(r);
     return CURVOPT_OK;
@@ -55,6 +92,16 @@ static int has_lost(const co_run *r) {
     const int moves = o->through || co_given_constraints_have_places(o->constraints) || r->held.n;
     return result->summary.stop == CURVOPT_STOP_UNRESOLVED && !moves &&
            !(result->end.objective <= result->start.objective);
+}
+
+/* What the summary says of where the run ended is not known of another place. */
+static void forget_end(curvopt_summary *summary) {
+    summary->newton_decrement = summary->shape_decrement = summary->difference_decrement = (double)NAN;
+    summary->verdict = CURVOPT_VERDICT_UNKNOWN;
+    summary->negative_directions = summary->all_negative_directions = summary->free_negative_directions = -1;
+    summary->discretization_error = (double)NAN;
+    summary->clearance = (double)NAN;
+    summary->n_touching = 0;
 }
 
 /* The result becomes the input, subdivided as often. */
@@ -87,14 +134,28 @@ static int32_t take_back(co_run *r, const curvopt_mesh *mesh, const double *xyz,
     free(r->at.xyz);
     r->at.xyz = at;
     result->end = result->start;
-    summary->newton_decrement = summary->shape_decrement = summary->difference_decrement = (double)NAN;
-    summary->verdict = CURVOPT_VERDICT_UNKNOWN;
-    summary->negative_directions = summary->all_negative_directions = summary->free_negative_directions = -1;
-    summary->discretization_error = (double)NAN;
-    summary->clearance = (double)NAN;
-    summary->n_unfolded = summary->n_touching = 0;
+    forget_end(summary);
+    summary->n_unfolded = 0;
     summary->spring_energy = summary->curve_deviation = 0;
     return CURVOPT_OK;
+}
+
+/* The result becomes that of the kept level, which is given away. */
+static void go_back(co_run *r, kept_level *kept) {
+    curvopt_result *result = r->result;
+    curvopt_summary *summary = &result->summary;
+    co_mesh_destroy(result->mesh);
+    free(r->at.xyz);
+    result->mesh = kept->mesh;
+    r->at.xyz = kept->xyz;
+    result->end = kept->energies;
+    summary->n_levels = kept->number;
+    summary->n_vertices = kept->mesh->info.n_vertices;
+    summary->n_faces = kept->mesh->info.n_faces;
+    summary->spring_energy = kept->springs;
+    summary->curve_deviation = kept->curve_deviation;
+    forget_end(summary);
+    *kept = (kept_level){0};
 }
 
 int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
@@ -105,6 +166,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
                 .user = user,
                 .started = co_clock_seconds(),
                 .cancel = {.flag = cancel}};
+    kept_level kept = {.mesh = NULL};
     int has_run = 0;
     co_basis_table_cache_create(options->surface, &r.tables);
     r.tables.cancel = &r.cancel;
@@ -116,9 +178,13 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     if (status == CURVOPT_OK && co_component_options_fit(options))
         status = co_component_runs_minimize(&r, xyz, &has_run, error);
     if (status == CURVOPT_OK && !has_run)
-        status = run_levels(&r, error);
-    if (status == CURVOPT_OK && !has_run && has_lost(&r))
-        status = take_back(&r, mesh, xyz, error);
+        status = run_levels(&r, &kept, error);
+    if (status == CURVOPT_OK && !has_run && has_lost(&r)) {
+        if (kept.mesh)
+            go_back(&r, &kept);
+        else
+            status = take_back(&r, mesh, xyz, error);
+    }
     if (status == CO_CANCELLED) {
         end_at_start(&r);
         status = CURVOPT_OK;
@@ -130,6 +196,7 @@ int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, cons
     } else {
         co_run_result_destroy(r.result);
     }
+    kept_level_free(&kept);
     co_run_free_parts(&r);
     co_basis_table_cache_free(&r.tables);
     co_thread_pool_destroy(r.threads);
