@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
-#include "mesh/fill.h"
 #include "mesh/subdivide.h"
 #include "solve/held_scalars.h"
 #include "solve/run_start.h"
@@ -73,36 +72,6 @@ int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     return status;
 }
 
-/* Held vertices were put back after the subdivision, from xyz as it was `before`: alone they would stand out as spikes,
- * so all others follow (libcurvopt/notes/126-where-levels-begin.md). Not with springs, which may end somewhere, nor
- * where nothing may cross. */
-static int32_t let_others_follow(const co_run *r, const curvopt_mesh *fine, const double *before, double *xyz,
-                                 curvopt_error *error) {
-    const curvopt_options *o = r->context.options;
-    const size_t n = (size_t)fine->info.n_vertices;
-    co_constraints all = {0};
-    if (!r->constraints.freedom || r->constraints.springs.stiffness || o->no_crossings || r->context.held ||
-        co_given_constraints_move_cage(&r->constraints) || memcmp(before, xyz, 3 * n * sizeof *xyz) == 0)
-        return CURVOPT_OK;
-    uint8_t *is_free = CO_NEW(uint8_t, n);
-    double *move = CO_NEW(double, 3 * n);
-    int32_t status = is_free && move ? co_constraints_all(fine, &r->constraints, o->boundary, &all, error)
-                                     : co_status_no_memory(error);
-    for (size_t v = 0; status == CURVOPT_OK && v < n; v++) {
-        is_free[v] = all.freedom[v] == CO_FREEDOM_ALL || all.of_limit[v];
-        for (size_t i = 3 * v; i < 3 * v + 3; i++)
-            move[i] = xyz[i] - before[i];
-    }
-    if (status == CURVOPT_OK)
-        status = co_mesh_fill(fine, is_free, move, error);
-    for (size_t i = 0; status == CURVOPT_OK && i < 3 * n; i++)
-        xyz[i] = is_free[i / 3] ? before[i] + move[i] : xyz[i];
-    co_constraints_free(&all);
-    free(is_free);
-    free(move);
-    return status;
-}
-
 int32_t co_run_level_subdivide(co_run *r, curvopt_error *error) {
     curvopt_mesh *fine = NULL;
     co_sparse_rows rows = {0};
@@ -112,12 +81,8 @@ int32_t co_run_level_subdivide(co_run *r, curvopt_error *error) {
         start = CO_NEW(double, 3 * (size_t)rows.n_rows);
         status = start ? CURVOPT_OK : co_status_no_memory(error);
     }
-    if (status == CURVOPT_OK) {
-        memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
-        status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
-    }
     if (status == CURVOPT_OK)
-        status = let_others_follow(r, fine, start, xyz, error);
+        status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     if (status == CURVOPT_OK && co_chains_hold_any(&r->constraints.chains))
         status = co_given_constraints_place(fine, &r->constraints, r->context.options->boundary, xyz, error);
     if (status == CURVOPT_OK)
