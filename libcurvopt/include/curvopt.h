@@ -974,9 +974,9 @@ CURVOPT_API int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *x
  *   CANCELLED   the callback or curvopt_cancel_request asked for it; figures that were not known yet are NAN
  *   UNRESOLVED  the surface develops features that the finest quadrature cannot resolve
  *   SETTLED     the energy still falls, but too slowly to go on; GAUSS_NEWTON only
- *   GROWN       an open surface whose boundary is free, in the input's frame and without springs, has become thirty
- * times as large as the cage that the level began with: energies without a size fall as it grows, and nothing ends
- * that. Levels that would follow are left out */
+ *   GROWN       an open surface whose boundary is free, in the input's frame and without springs, has become ten
+ *               times as large as the cage that the level began with: energies without a size fall as it grows, and
+ *               nothing ends that. Levels that would follow are left out */
 #define CURVOPT_STOP_LIST(X)                                                                                           \
     X(CONVERGED, 0, "converged")                                                                                       \
     X(STALLED, 1, "stalled")                                                                                           \

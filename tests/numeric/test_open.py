@@ -450,14 +450,19 @@ def test_command_line_reads_and_writes_creases():
 # ------------------------------------------------------------------------------------ nothing holds the size --
 
 
+def sheet(z: np.ndarray) -> Mesh:
+    """A grid of squares over (x, y), at heights z [y, x]."""
+    rows, columns = z.shape
+    x, y = np.meshgrid(np.arange(columns), np.arange(rows))
+    faces = [[j * columns + i, j * columns + i + 1, (j + 1) * columns + i + 1, (j + 1) * columns + i]
+             for j in range(rows - 1) for i in range(columns - 1)]
+    return mesh_from_faces(np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(float), faces)
+
+
 def bump(n: int = 5) -> Mesh:
     """A grid of n x n vertices, raised in the middle, and not symmetric."""
     x, y = np.meshgrid(np.arange(n), np.arange(n))
-    z = 1.2 - 0.15 * ((x - 2) ** 2 + (y - 2) ** 2) + 0.02 * ((7 * x + 3 * y) % 5)
-    points = np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(float)
-    faces = [[y * n + x, y * n + x + 1, (y + 1) * n + x + 1, (y + 1) * n + x]
-             for y in range(n - 1) for x in range(n - 1)]
-    return mesh_from_faces(points, faces)
+    return sheet(1.2 - 0.15 * ((x - 2) ** 2 + (y - 2) ** 2) + 0.02 * ((7 * x + 3 * y) % 5))
 
 
 def radius(mesh: Mesh) -> float:
@@ -499,9 +504,7 @@ def random_sheet(seed: int) -> tuple[Mesh, np.ndarray]:
     x, y = np.meshgrid(np.arange(n), np.arange(n))
     a = rng.uniform(-0.3, 0.3, 5)
     z = a[0] * (x - n / 2) ** 2 / 2 + a[1] * (y - n / 2) ** 2 / 2 + a[2] * (x - n / 2) * (y - n / 2)
-    points = np.stack([x, y, z + rng.normal(size=x.shape) * 0.1], axis=-1).reshape(-1, 3)
-    faces = [[j * n + i, j * n + i + 1, (j + 1) * n + i + 1, (j + 1) * n + i] for j in range(n - 1) for i in range(n - 1)]
-    return mesh_from_faces(points, faces), np.sort(rng.choice(n * n, int(rng.integers(3, 8)), replace=False))
+    return sheet(z + rng.normal(size=x.shape) * 0.1), np.sort(rng.choice(n * n, int(rng.integers(3, 8)), replace=False))
 
 
 def test_what_a_level_has_lost_the_one_before_it_has():
