@@ -98,6 +98,16 @@ def test_limit_points_stay_where_they_are_held(seed, levels, capsys):
     assert result.summary.end.objective < result.summary.start.objective
 
 
+@pytest.mark.parametrize("vertices, points", [([1, 31], [50, 60, 7]), ([1, 31], [2, 32, 60])])
+def test_limit_points_stay_beside_vertices_that_others_follow(vertices, points):
+    """A finer level begins with held vertices where they were, and others follow these; held limit points do not."""
+    mesh = torus_cage(12, 6, 0.5)
+    freedom = [HELD] * len(vertices) + [HELD + LIMIT_POINT] * len(points)
+    result = lib.minimize(mesh, levels=3, constraints=lib.constraints(vertices + points, freedom))
+    assert result.verdict == "minimum" and np.array_equal(result.mesh.xyz[vertices], mesh.xyz[vertices])
+    assert np.abs(limits(result.mesh)[points] - limits(mesh)[points]).max() <= 1e-12
+
+
 @pytest.mark.parametrize("seed", (4, 6))
 def test_only_what_is_held_bears_the_gradient(seed, capsys):
     """Of a minimum with held limit points M x = y the gradient is a combination of the rows of M."""

@@ -65,6 +65,26 @@ static void test_transposed_is_the_adjoint(void **state) {
     co_sparse_rows_free(&a);
 }
 
+static void test_transpose_has_rows_for_columns(void **state) {
+    (void)state;
+    double dense[M * N], found[M * N] = {0};
+    co_sparse_rows a = random_rows(M, N, 23, dense), t;
+    curvopt_error error;
+    CHECK_OK(co_sparse_rows_transpose(&a, &t, &error), &error);
+    CHECK_INT(t.n_rows, N);
+    CHECK_INT(t.n_columns, M);
+    CHECK_INT(t.start[N], a.start[M]);
+    for (int r = 0; r < N; r++)
+        for (size_t e = t.start[r]; e < t.start[r + 1]; e++) {
+            CHECK_TRUE(e == t.start[r] || t.column[e] > t.column[e - 1]);
+            found[t.column[e] * N + r] = t.value[e];
+        }
+    for (int i = 0; i < M * N; i++)
+        CHECK_TRUE(found[i] == dense[i]);
+    co_sparse_rows_free(&a);
+    co_sparse_rows_free(&t);
+}
+
 static void test_product_is_the_matrix_product_in_ascending_columns(void **state) {
     (void)state;
     double dense_a[M * N], dense_b[N * K], dense_c[M * K] = {0};
@@ -104,6 +124,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_apply_is_the_matrix_product),
         cmocka_unit_test(test_transposed_is_the_adjoint),
+        cmocka_unit_test(test_transpose_has_rows_for_columns),
         cmocka_unit_test(test_product_is_the_matrix_product_in_ascending_columns),
         cmocka_unit_test(test_absurd_size_is_out_of_memory),
     };

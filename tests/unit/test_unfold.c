@@ -103,7 +103,7 @@ static void test_a_plate_bends_least(void **state) {
         is_free[v] = 1;
     cage_perturb(&c, 0.3, 4);
     memcpy(before, c.xyz, n * sizeof *before);
-    CHECK_OK(co_mesh_fill(m, is_free, c.xyz, &error), &error);
+    CHECK_OK(co_mesh_fill(m, is_free, NULL, NULL, c.xyz, &error), &error);
     const double least = bending(m, c.xyz);
     CHECK_TRUE(least < bending(m, before));
     for (size_t i = 0; i < n; i++) {

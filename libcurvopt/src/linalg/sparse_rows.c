@@ -55,6 +55,24 @@ void co_sparse_rows_add_transposed(const co_sparse_rows *rows, const double *in,
                 out[3 * (size_t)rows->column[e] + (size_t)c] += rows->value[e] * in[3 * (size_t)r + (size_t)c];
 }
 
+int32_t co_sparse_rows_transpose(const co_sparse_rows *a, co_sparse_rows *out, curvopt_error *error) {
+    const size_t n = a->start[a->n_rows];
+    const int32_t status = co_sparse_rows_allocate(out, a->n_columns, a->n_rows, n, error);
+    if (status != CURVOPT_OK)
+        return status;
+    for (size_t e = 0; e < n; e++)
+        out->start[a->column[e]]++;
+    for (int32_t c = 0; c < a->n_columns; c++) /* so far the row's end */
+        out->start[c + 1] += out->start[c];
+    for (int32_t r = a->n_rows - 1; r >= 0; r--)
+        for (size_t e = a->start[r]; e < a->start[r + 1]; e++) {
+            const size_t place = --out->start[a->column[e]];
+            out->column[place] = r;
+            out->value[place] = a->value[e];
+        }
+    return CURVOPT_OK;
+}
+
 static int compare_columns(const void *a, const void *b) {
     int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
     return (x > y) - (x < y);

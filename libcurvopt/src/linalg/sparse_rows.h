@@ -26,6 +26,8 @@ void co_sparse_rows_free(co_sparse_rows *rows);
 void co_sparse_rows_apply(const co_sparse_rows *rows, const double *in, double *out);
 /* out [3 n_columns] += transpose(rows) * in [3 n_rows] */
 void co_sparse_rows_add_transposed(const co_sparse_rows *rows, const double *in, double *out);
+/* out = transpose(a), the entries of a row in ascending order of columns. ERROR_MEMORY. */
+int32_t co_sparse_rows_transpose(const co_sparse_rows *a, co_sparse_rows *out, curvopt_error *error);
 /* out = a b, the entries of a row in ascending order of columns. For each row of a, the rows of b that it meets are
  * merged in an array over all columns (Gustavson, ACM TOMS 4(3), 1978): O(products + n log n of each row's length).
  * ERROR_MEMORY. */

@@ -70,7 +70,7 @@ static int32_t fill(unfolding *u, const double *xyz, co_cancel *cancel, int32_t 
     int32_t status = CURVOPT_OK;
     for (int k = 0; status == CURVOPT_OK && *n > 0 && k < MOST_ROUNDS && grow(u) && u->n_free <= most; k++) {
         memcpy(u->xyz, xyz, 3 * sizeof *xyz * (size_t)u->mesh->info.n_vertices);
-        status = co_mesh_fill(u->mesh, u->free, u->xyz, error);
+        status = co_mesh_fill(u->mesh, u->free, NULL, cancel, u->xyz, error);
         if (status == CURVOPT_OK)
             status = co_folds_find(u->mesh, u->xyz, u->all.left_out, cancel, u->folded, n, error);
     }
