@@ -71,7 +71,7 @@ static const char help_of_minimize[] =
     "                       the last level ends when a quadratic model predicts less than T of the energy to gain;\n"
     "                       coarser levels end at 1e-5 or T, whichever is larger; not for lmvm (default %g)\n"
     "  --spacing S          even: the cage's vertices are evenly spaced, and at the end only the shape changes; a\n"
-    "                       cage that is a minimum already stays as it lies; free:\n"
+    "                       cage that is a minimum already stays as it lies, if nothing is held; free:\n"
     "                       they lie where the discrete energy is least, as in the report; auto: even, and free with\n"
     "                       lmvm (default %s)\n"
     "  --strength S         how much of the shape may go, 0.001 to 1: waves shorter than S / (1 - S) times the "
