@@ -25,7 +25,7 @@
 #include "surface/substitution.h"
 
 /* The finest rule of a patch: there are finer ones to compare it with. */
-enum { CO_FINEST_RULE = CO_N_RULES - 2 };
+enum { CO_FINEST_RULE = CO_LADDER_RULES - 2 };
 
 typedef struct co_assembly {
     co_patches patches;

@@ -5,6 +5,7 @@
 #include "constraints/given_constraints.h"
 #include "energy/assembly.h"
 #include "mesh/fill.h"
+#include "solve/run_start.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,7 +60,7 @@ static int32_t compare(co_run *r, const curvopt_mesh *fine, const double *xyz, c
     const co_request request = {.is_normalized = 1};
     co_assembly assembly;
     co_values values, of_moved;
-    int32_t status = co_assembly_create(fine, xyz, NULL, r->context.options, r->context.tables, NULL, &assembly, error);
+    const int32_t status = co_run_create_assembly(r, fine, xyz, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
     co_assembly_evaluate(&assembly, xyz, &request, &values);

@@ -63,6 +63,21 @@ static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *as
     return status;
 }
 
+int32_t co_run_create_assembly(const co_run *r, const curvopt_mesh *mesh, const double *xyz, co_assembly *assembly,
+                               curvopt_error *error) {
+    const uint8_t *left_out = r->constraints.left_out;
+    double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
+    if (left_out && !weight)
+        return co_status_no_memory(error);
+    for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
+        weight[f] = !left_out[f];
+    const int32_t status =
+        co_assembly_create(mesh, xyz, NULL, r->context.options, r->context.tables, weight, assembly, error);
+    assembly->leaves_out = left_out != NULL;
+    free(weight);
+    return status;
+}
+
 /* Figures of the present cage, with an assembly of their own: what they need of quadrature, the optimization does not.
  * At the start springs are weighed by it. */
 static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, curvopt_energies *out, int *resolved,
@@ -70,18 +85,9 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     co_assembly assembly;
     int changed;
     double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
-    const uint8_t *left_out = r->constraints.left_out;
-    double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
-    if (left_out && !weight)
-        return co_status_no_memory(error);
-    for (int32_t f = 0; left_out && f < mesh->info.n_faces; f++)
-        weight[f] = !left_out[f];
-    int32_t status =
-        co_assembly_create(mesh, r->at.xyz, NULL, r->context.options, r->context.tables, weight, &assembly, error);
-    free(weight);
+    int32_t status = co_run_create_assembly(r, mesh, r->at.xyz, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
-    assembly.leaves_out = left_out != NULL;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz,
                                             &(co_quadrature_goal){.tolerance = tolerance, .terms = CO_TERMS_REPORT},
                                             out, resolved, &changed, error);

@@ -4,8 +4,10 @@
 
 #include "surface/stam.h"
 
-/* Rules grow finer with their number; which face gets which is decided by assembly.h. */
-enum { CO_N_RULES = 8 };
+/* The ladder's rules grow finer with their number; which face gets which is decided by assembly.h. CO_MATRIX_RULE is
+ * coarser than them all: too coarse for a function, and enough for a matrix by which steps are found
+ * (libcurvopt/notes/75-rules-of-a-steps-matrix.md). */
+enum { CO_LADDER_RULES = 8, CO_MATRIX_RULE = CO_LADDER_RULES, CO_N_RULES };
 enum { CO_FACE_RULE_GAUSS = 12 }; /* points a side of one Gauss rule at most; finer rules are of several sub-cells */
 
 typedef struct co_face_rule {
