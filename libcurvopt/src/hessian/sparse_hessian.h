@@ -39,7 +39,7 @@ typedef struct co_whole {
     double area, third; /* A and T below */
 } co_whole;
 
-/* co_second_kind.coarser: more steps than there are below any rule, so that all become CO_MATRIX_RULE. */
+/* co_second_kind.coarser: more steps than there are below any rule, so that all become the coarsest. */
 enum { CO_COARSEST_RULES = CO_N_RULES };
 
 /* The matrix that is wanted. */
@@ -49,7 +49,7 @@ typedef struct co_second_kind {
                                  matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole;    /* NULL: the assembly's faces are all there are */
     const co_integrand *more; /* added to the Hessian's: what holds numbers of the surface; NULL: nothing */
-    int coarser;              /* steps from the assembly's rules to coarser ones, the last to CO_MATRIX_RULE */
+    int coarser; /* steps from the assembly's rules to coarser ones, the last to co_face_rule_of_matrices() */
 } co_second_kind;
 
 /* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order

@@ -21,7 +21,7 @@
  * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
  *   polynomial of the chart.
  * Every rule of the ladder is finer in all respects than the one before it, or comparing the two would not tell what is
- * missing. The last in each row is CO_MATRIX_RULE, coarser than the first.
+ * missing. The last in each row is CO_MATRIX_RULE: coarser than the first on `limit`, else the first.
  *
  * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
@@ -48,7 +48,7 @@ static const struct {
      {72, 8, 1e-8},
      {96, 9, 3e-9},
      {120, 10, 1e-9},
-     {6, 2, 1e-2}},
+     {8, 3, 1e-3}},
     {{4, 1, 1e-3},
      {6, 2, 1e-4},
      {8, 3, 1e-5},
@@ -57,7 +57,7 @@ static const struct {
      {24, 6, 1e-7},
      {36, 9, 3e-8},
      {48, 12, 1e-8},
-     {3, 1, 1e-2}},
+     {4, 1, 1e-3}},
     {{3, 2, 1e-1},
      {4, 3, 1e-2},
      {6, 4, 1e-3},
@@ -66,7 +66,7 @@ static const struct {
      {24, 8, 1e-6},
      {36, 10, 1e-7},
      {48, 12, 1e-8},
-     {2, 1, 1e-1}}};
+     {3, 2, 1e-1}}};
 /* Points a side of a ring over those of the ring around it; 0: one less instead. */
 static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {
@@ -91,6 +91,10 @@ co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number) {
                           .least = rules[set][number].least,
                           .hole = rules[set][number].hole,
                           .fall = fall[set]};
+}
+
+int32_t co_face_rule_of_matrices(int32_t surface) {
+    return surface == CURVOPT_SURFACE_LIMIT ? CO_MATRIX_RULE : 0; /* elsewhere the table of the first is the same */
 }
 
 int co_face_rule_points(const co_face_rule *rule, int ring) {

@@ -5,8 +5,8 @@
 #include "surface/stam.h"
 
 /* The ladder's rules grow finer with their number; which face gets which is decided by assembly.h. CO_MATRIX_RULE is
- * coarser than them all: too coarse for a function, and enough for a matrix by which steps are found
- * (libcurvopt/notes/75-rules-of-a-steps-matrix.md). */
+ * coarser than them all on `limit`, else the first: too coarse for a function, and enough for a matrix by which steps
+ * are found (libcurvopt/notes/75-rules-of-a-steps-matrix.md). */
 enum { CO_LADDER_RULES = 8, CO_MATRIX_RULE = CO_LADDER_RULES, CO_N_RULES };
 enum { CO_FACE_RULE_GAUSS = 12 }; /* points a side of one Gauss rule at most; finer rules are of several sub-cells */
 
@@ -26,6 +26,8 @@ typedef struct co_ring_tail {
 
 /* Rule `number`, 0 .. CO_N_RULES - 1, of a kind of face on a surface (curvopt_surface). */
 co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number);
+/* The coarsest rule of matrices. */
+int32_t co_face_rule_of_matrices(int32_t surface);
 /* Points a side of the cells of a ring, 1, 2 and so on from the outermost. */
 int co_face_rule_points(const co_face_rule *rule, int ring);
 co_ring_tail co_face_rule_tail(const co_face_rule *rule, const co_stam_disc *disc, int32_t surface);
