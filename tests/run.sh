@@ -41,7 +41,7 @@ packages_of() {
     case $1 in
     format) echo python3:python3 clang-format:clang-format ;;
     cppcheck) echo cppcheck:cppcheck ;;
-    tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy ;;
+    tidy) echo "${CTEST_PACKAGES[@]}" clang-tidy:clang-tidy libclang-rt-dev ;; # the last for msan_interface.h
     cages) echo python3-numpy ;;
     blends) echo "${BLENDER_PACKAGES[@]}" ;;
     release | asan | tsan | coverage | wine) echo "${CTEST_PACKAGES[@]}" ;;

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST = CO_N_RULES - 3 };
+enum { FIRST = CO_LADDER_RULES - 3 };
 
 typedef struct cage {
     int32_t n_vertices, n_faces;
@@ -110,7 +110,7 @@ static void settle(const cage *c, const curvopt_options *options, co_basis_table
     double *share = CO_NEW(double, 2 * (size_t)a.patches.n_patches);
     if (!share)
         stop("no memory");
-    for (int rule = FIRST; rule < CO_N_RULES; rule++)
+    for (int rule = FIRST; rule < CO_LADDER_RULES; rule++)
         printf("%.17g ", evaluate(&a, rule, term, share + rule % 2 * a.patches.n_patches));
     for (int32_t p = 0; p < a.patches.n_patches; p++)
         change += fabs(share[p] - share[a.patches.n_patches + p]);
