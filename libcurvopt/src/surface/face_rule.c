@@ -9,7 +9,7 @@
 #include <curvopt.h>
 #include <math.h>
 
-/* Quadrature rules of each kind of face, from coarse to fine, and that of matrices, found by experiment
+/* Quadrature rules of each kind of face, from coarse to fine, found by experiment
  * (notes/20-rules-at-an-extraordinary-vertex.md). A regular face has one product rule of Gauss. Round an extraordinary
  * vertex each ring of three cells has rules of its own, down to a hole; the integral over the hole is not dropped: what
  * happens in the last ring repeats in the rings inside it with a known ratio (co_ring_tail), which its weights take up.
@@ -20,17 +20,17 @@
  *   (libcurvopt/notes/20-rules-at-an-extraordinary-vertex.md).
  * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
  *   polynomial of the chart.
- * Every rule of the ladder is finer in all respects than the one before it, or comparing the two would not tell what is
- * missing. The last in each row is CO_MATRIX_RULE: coarser than the first on `limit`, else the first.
+ * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
  *
  * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
 enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
-static const struct {
+typedef struct listed_rule {
     int points, least;
     double hole;
-} rules[N_RULE_SETS][CO_N_RULES] = {
-    {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}, {3, 3, 1}},
+} listed_rule;
+static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {
+    {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}},
     {{3, 2, 1e-3},
      {4, 3, 1e-4},
      {6, 4, 1e-5},
@@ -38,8 +38,7 @@ static const struct {
      {16, 6, 1e-7},
      {24, 8, 1e-8},
      {36, 10, 1e-9},
-     {48, 12, 1e-9},
-     {2, 1, 1e-2}},
+     {48, 12, 1e-9}},
     {{8, 3, 1e-3},
      {16, 4, 1e-4},
      {24, 5, 1e-5},
@@ -47,8 +46,7 @@ static const struct {
      {48, 7, 1e-7},
      {72, 8, 1e-8},
      {96, 9, 3e-9},
-     {120, 10, 1e-9},
-     {8, 3, 1e-3}},
+     {120, 10, 1e-9}},
     {{4, 1, 1e-3},
      {6, 2, 1e-4},
      {8, 3, 1e-5},
@@ -56,8 +54,7 @@ static const struct {
      {16, 5, 3e-7},
      {24, 6, 1e-7},
      {36, 9, 3e-8},
-     {48, 12, 1e-8},
-     {4, 1, 1e-3}},
+     {48, 12, 1e-8}},
     {{3, 2, 1e-1},
      {4, 3, 1e-2},
      {6, 4, 1e-3},
@@ -65,8 +62,9 @@ static const struct {
      {16, 6, 1e-5},
      {24, 8, 1e-6},
      {36, 10, 1e-7},
-     {48, 12, 1e-8},
-     {3, 2, 1e-1}}};
+     {48, 12, 1e-8}}};
+/* CO_MATRIX_RULE of `limit`; elsewhere it is the first. */
+static const listed_rule of_limit_matrices = {2, 1, 1e-2};
 /* Points a side of a ring over those of the ring around it; 0: one less instead. */
 static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {
@@ -87,14 +85,14 @@ static int set_of(int32_t surface, int32_t kind) {
 
 co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number) {
     const int set = set_of(surface, kind);
-    return (co_face_rule){.points = rules[set][number].points,
-                          .least = rules[set][number].least,
-                          .hole = rules[set][number].hole,
-                          .fall = fall[set]};
+    const listed_rule *r = &rules[set][number == CO_MATRIX_RULE ? 0 : number];
+    if (number == CO_MATRIX_RULE && set == RULES_LIMIT)
+        r = &of_limit_matrices;
+    return (co_face_rule){.points = r->points, .least = r->least, .hole = r->hole, .fall = fall[set]};
 }
 
 int32_t co_face_rule_of_matrices(int32_t surface) {
-    return surface == CURVOPT_SURFACE_LIMIT ? CO_MATRIX_RULE : 0; /* elsewhere the table of the first is the same */
+    return surface == CURVOPT_SURFACE_LIMIT ? CO_MATRIX_RULE : 0; /* elsewhere they are the same, and so are tables */
 }
 
 int co_face_rule_points(const co_face_rule *rule, int ring) {
