@@ -175,8 +175,9 @@ class RunSettings:
         default=(True, False, False),
     )
     pin: bpy.props.EnumProperty(
-        name="Pin", description="Vertices of the cage that stay where they are. The surface comes closer to them "
-        "with every level; it stays itself where all vertices of a face and of all faces that touch it are pinned",
+        name="Pin", description="Vertices of the cage that stay where they are, in a finer result as well. The surface "
+        "comes closer to them with every level; it stays itself where all vertices of a face and of all faces that touch "
+        "it are pinned",
         items=PINS, default="NOTHING",
     )
     pin_surface: bpy.props.BoolProperty(

@@ -210,20 +210,6 @@ def test_cancel_from_another_thread_ends_the_run_soon():
     assert result.summary.end.objective <= result.summary.start.objective
 
 
-@pytest.mark.parametrize("n, m, pins", [(12, 6, [1, 30, 31, 50]), (9, 5, [0, 22])])
-def test_a_level_begins_smoothly_where_vertices_are_held(n, m, pins):
-    """They are put back after each subdivision. Alone they would be spikes, of 5 to 11 times the energy of the level before."""
-    cage, first, last = torus_cage(n, m, 0.5), {}, {}
-
-    def note(report):
-        first.setdefault(report.level, report.energy)
-        last[report.level] = report.energy
-
-    result = lib.minimize(cage, "mvs_cross", levels=3, constraints=lib.constraints(pins), progress=note)
-    assert all(first[level] <= 1.6 * last[level - 1] for level in (2, 3))
-    assert result.verdict == "minimum" and np.abs(result.mesh.xyz[pins] - cage.xyz[pins]).max() == 0
-
-
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])
 def test_a_run_cancelled_before_its_first_step_has_the_figures_of_its_input(energy):
     for seed in range(4):

@@ -99,8 +99,8 @@ def test_limit_points_stay_where_they_are_held(seed, levels, capsys):
 
 
 @pytest.mark.parametrize("vertices, points", [([1, 31], [50, 60, 7]), ([1, 31], [2, 32, 60])])
-def test_limit_points_stay_beside_vertices_that_others_follow(vertices, points):
-    """A finer level begins with held vertices where they were, and others follow these; held limit points do not."""
+def test_limit_points_stay_beside_vertices_that_are_held(vertices, points):
+    """Coarse levels hold where these will be, also where their masks overlap those of limit points."""
     mesh = torus_cage(12, 6, 0.5)
     freedom = [HELD] * len(vertices) + [HELD + LIMIT_POINT] * len(points)
     result = lib.minimize(mesh, levels=3, constraints=lib.constraints(vertices + points, freedom))

@@ -32,6 +32,24 @@ static point_sum limit_of(const curvopt_mesh *m, int32_t v, const double *xyz) {
     return sum;
 }
 
+static void check_same(const point_sum *a, const double b[3]) {
+    for (int k = 0; k < 3; k++)
+        CHECK_NEAR(a->at[k], b[k], 1e-14);
+}
+
+/* After one subdivision a vertex is where that puts it, after more where the finer cage's is after one less. */
+static void check_after(const curvopt_mesh *mesh, const curvopt_mesh *fine, int32_t v, const double *xyz,
+                        const double *fine_xyz) {
+    for (int32_t n = 1; n <= 5; n++) {
+        point_sum coarse = {.xyz = xyz}, finer = {.xyz = fine_xyz};
+        co_vertex_mask_visit_after(mesh, v, n, add, &coarse);
+        co_vertex_mask_visit_after(fine, v, n - 1, add, &finer);
+        check_same(&coarse, finer.at);
+        if (n == 1)
+            check_same(&coarse, fine_xyz + 3 * v);
+    }
+}
+
 /* A limit point is that of the subdivided cage, too. Which vertices have masks: all but without[]. */
 static void check_masks(cage c, const curvopt_creases *creases, int32_t n_without, const int32_t *without) {
     curvopt_mesh *mesh = cage_mesh(&c), *fine;
@@ -51,8 +69,8 @@ static void check_masks(cage c, const curvopt_creases *creases, int32_t n_withou
         if (!expected)
             continue;
         const point_sum coarse = limit_of(mesh, v, c.xyz), finer = limit_of(fine, v, xyz);
-        for (int k = 0; k < 3; k++)
-            CHECK_NEAR(coarse.at[k], finer.at[k], 1e-14);
+        check_same(&coarse, finer.at);
+        check_after(mesh, fine, v, c.xyz, xyz);
     }
     free(xyz);
     co_sparse_rows_free(&rows);
@@ -61,7 +79,7 @@ static void check_masks(cage c, const curvopt_creases *creases, int32_t n_withou
     cage_free(&c);
 }
 
-static void test_limit_points_do_not_depend_on_subdivision(void **state) {
+static void test_masks_follow_subdivision(void **state) {
     (void)state;
     const int32_t edge[4] = {0, 1, 1, 5}, fading[2] = {0, 1}, lone[2] = {0, 1};
     const double sharp[2] = {10, 10}, soft[1] = {2}, one[1] = {10}, corner_sharpness[1] = {10};
@@ -300,7 +318,7 @@ static void test_energies_are_those_of_the_cage(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_limit_points_do_not_depend_on_subdivision),
+        cmocka_unit_test(test_masks_follow_subdivision),
         cmocka_unit_test(test_map_and_its_inverse),
         cmocka_unit_test(test_what_cannot_move_is_no_unknown),
         cmocka_unit_test(test_too_many_that_touch_are_refused),

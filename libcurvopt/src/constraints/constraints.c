@@ -17,7 +17,9 @@ int32_t co_constraints_allocate(int32_t n_vertices, co_constraints *constraints,
     constraints->direction = CO_NEW(double, 3 * (size_t)n_vertices);
     constraints->anchor = CO_NEW(double, 3 * (size_t)n_vertices);
     constraints->of_limit = CO_NEW(uint8_t, n_vertices);
-    if (!constraints->freedom || !constraints->direction || !constraints->anchor || !constraints->of_limit) {
+    constraints->subdivisions = CO_NEW(uint8_t, n_vertices);
+    if (!constraints->freedom || !constraints->direction || !constraints->anchor || !constraints->of_limit ||
+        !constraints->subdivisions) {
         co_constraints_free(constraints);
         return co_status_no_memory(error);
     }
@@ -30,6 +32,7 @@ void co_constraints_free(co_constraints *constraints) {
     free(constraints->direction);
     free(constraints->anchor);
     free(constraints->of_limit);
+    free(constraints->subdivisions);
     co_soft_constraints_free(&constraints->springs);
     co_surface_values_free(&constraints->values);
     co_surface_values_free(&constraints->drawn);
@@ -51,7 +54,7 @@ int32_t co_constraints_leave_out(const curvopt_mesh *m, const int32_t *face, co_
 /* The vertex itself, whatever else was constrained. */
 static void hold_vertex(co_constraints *constraints, int32_t v) {
     constraints->freedom[v] = CO_FREEDOM_NONE;
-    constraints->of_limit[v] = 0;
+    constraints->of_limit[v] = CO_OF_VERTEX;
 }
 
 static int32_t copy_left_out(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
@@ -79,6 +82,7 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
     memcpy(to->direction, from->direction, 3 * n * sizeof(double));
     memcpy(to->anchor, from->anchor, 3 * n * sizeof(double));
     memcpy(to->of_limit, from->of_limit, n);
+    memcpy(to->subdivisions, from->subdivisions, n);
     status = co_soft_constraints_copy(m, &from->springs, &to->springs, error);
     if (status == CURVOPT_OK)
         status = co_surface_values_copy(&from->values, &to->values, error);
@@ -116,6 +120,7 @@ int32_t co_constraints_pull_back(const curvopt_mesh *m, const double *xyz, const
 static void inherit(const co_constraints *coarse, int32_t from, const double *xyz, co_constraints *fine, int32_t to) {
     fine->freedom[to] = coarse->freedom[from];
     fine->of_limit[to] = coarse->of_limit[from];
+    fine->subdivisions[to] = coarse->subdivisions[from];
     memcpy(fine->direction + 3 * (size_t)to, coarse->direction + 3 * (size_t)from, 3 * sizeof(double));
     memcpy(fine->anchor + 3 * (size_t)to, xyz + 3 * (size_t)to, 3 * sizeof(double));
 }
@@ -128,6 +133,29 @@ static int is_constrained_face(const curvopt_mesh *m, const co_constraints *cons
         if (!same_constraint(constraints, first, m->corner_vertex[h]))
             return 0;
     return 1;
+}
+
+int co_constraints_are_of_face(const curvopt_mesh *m, const co_constraints *constraints, int32_t v) {
+    const int32_t first = m->vertex_corner[v];
+    for (int32_t h = first; h >= 0; h = co_mesh_rotate(m, h)) {
+        if (is_constrained_face(m, constraints, m->corner_face[h]))
+            return 1;
+        if (co_mesh_rotate(m, h) == first)
+            break;
+    }
+    return 0;
+}
+
+/* A subdivision fewer follows; after the last the vertex is where it was to be. */
+static void come_nearer(co_constraints *constraints, int32_t v) {
+    if (constraints->subdivisions[v] && !--constraints->subdivisions[v])
+        constraints->of_limit[v] = CO_OF_VERTEX;
+}
+
+void co_constraints_visit_own_point(const curvopt_mesh *m, const co_constraints *constraints, int32_t v,
+                                    co_vertex_mask_fn visit, void *context) {
+    const int32_t subdivisions = constraints->subdivisions[v];
+    co_vertex_mask_visit_after(m, v, subdivisions ? subdivisions : CO_VERTEX_MASK_LIMIT, visit, context);
 }
 
 void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]) {
@@ -214,6 +242,7 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
     for (int32_t v = 0; v < n; v++)
         if (out.freedom[v] == CO_FREEDOM_ALL && constraints->freedom[v] != CO_FREEDOM_ALL) {
             inherit(constraints, v, constraints->anchor, &out, v);
+            come_nearer(&out, v);
             if (out.of_limit[v])
                 continue;
             co_constraints_put_back(&out, v, xyz + 3 * (size_t)v);
@@ -404,8 +433,10 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *a
             restrict_motion(all->freedom[v], all->direction + 3 * v, &freedom, out->direction + 3 * v);
         out->freedom[v] = (uint8_t)freedom;
     }
-    if (status == CURVOPT_OK && all->freedom)
+    if (status == CURVOPT_OK && all->freedom) {
         memcpy(out->of_limit, all->of_limit, n);
+        memcpy(out->subdivisions, all->subdivisions, n);
+    }
     if (status != CURVOPT_OK)
         co_constraints_free(out);
     free(frame);

@@ -5,11 +5,12 @@
 #include "constraints/chains.h"
 #include "constraints/soft_constraints.h"
 #include "constraints/surface_values.h"
+#include "surface/vertex_mask.h"
 
 /* What a level's position of a vertex is (interpolation.h). */
 enum {
     CO_OF_VERTEX = 0,    /* the vertex */
-    CO_OF_OWN_POINT = 1, /* its limit point */
+    CO_OF_OWN_POINT = 1, /* its limit point, or where it is after the subdivisions that follow */
     CO_OF_POINT = 2,     /* a value whose pivot it is: a point of the limit surface, */
     CO_OF_TANGENT = 3    /* or a tangent or second derivative, which translations leave as it is */
 };
@@ -26,6 +27,7 @@ typedef struct co_constraints {
     double *anchor;    /* [3 n_vertices] where it is held, or a point of the line or plane, in the user's units */
     uint8_t
         *of_limit; /* [n_vertices] what is constrained: CO_OF_VERTEX, or something that is an unknown in its place */
+    uint8_t *subdivisions;       /* [n_vertices] of what is CO_OF_OWN_POINT, after how many; 0: the limit point */
     co_soft_constraints springs; /* soft constraints, within what `freedom` leaves; none if freedom is NULL */
     co_surface_values values; /* other points of the surface, and derivatives; with pivots (pivots.h) their constraints
                                    are above, too */
@@ -53,6 +55,11 @@ int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from
                             curvopt_error *error);
 void co_constraints_free(co_constraints *constraints);
 
+/* Whether a face that vertex v is in is constrained as a piece of surface. */
+int co_constraints_are_of_face(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t v);
+/* Visits the mask of the point of vertex v, of which CO_OF_OWN_POINT is (vertex_mask.h). */
+void co_constraints_visit_own_point(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t v,
+                                    co_vertex_mask_fn visit, void *context);
 /* Moves x, where vertex v or its limit point is, to the closest point that the constraint there allows. */
 void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]);
 
@@ -61,9 +68,9 @@ void co_constraints_put_back(const co_constraints *constraints, int32_t v, doubl
  * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of
  * its children inherit the constraint, at the places where subdivision puts them. Any other constrained vertex keeps
  * its point, line or plane, and is put back there; the surface comes closer to it with every level. Constrained limit
- * points stay where they are: they are points of the same surface. What chains hold is
- * made anew, at places where the surface at xyz need not be yet. The children of faces that are left out are left out.
- * ERROR_MEMORY. */
+ * points stay where they are: they are points of the same surface; so do vertices of finer cages (look_ahead.h), which
+ * on the last of these are constrained themselves. What chains hold is made anew, at places where the surface at xyz
+ * need not be yet. The children of faces that are left out are left out. ERROR_MEMORY. */
 int32_t co_constraints_subdivide(const curvopt_mesh *mesh, const curvopt_mesh *fine, const co_sparse_rows *rows,
                                  double *xyz, co_constraints *constraints, curvopt_error *error);
 

@@ -5,6 +5,7 @@
 #include "base/vec3.h"
 #include "constraints/given_through.h"
 #include "constraints/interpolation.h"
+#include "constraints/look_ahead.h"
 #include "constraints/pivots.h"
 #include "constraints/placement.h"
 #include "surface/vertex_mask.h"
@@ -233,6 +234,29 @@ static int32_t put_positions(const curvopt_mesh *m, const co_constraints *given,
     return co_given_through_place(all, xyz, error);
 }
 
+/* Vertices that look ahead and that the boundary or something else of `all` holds: themselves, so that they will be
+ * where they are to be. */
+static int32_t put_held(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all, double *xyz,
+                        curvopt_error *error) {
+    co_constraints own = {0};
+    co_interpolation map = {0};
+    int32_t status = co_constraints_copy(m, given, &own, error);
+    for (int32_t v = 0; status == CURVOPT_OK && own.freedom && v < m->info.n_vertices; v++)
+        if (!own.subdivisions[v] || all->of_limit[v])
+            own.of_limit[v] = CO_OF_VERTEX;
+    if (status == CURVOPT_OK)
+        status = co_interpolation_of_all(m, &own, &map, error);
+    if (status == CURVOPT_OK) {
+        co_interpolation_from_cage(&map, xyz);
+        for (int32_t i = 0; i < map.limit.n_rows; i++)
+            co_constraints_put_back(given, map.vertex[i], xyz + 3 * (size_t)map.vertex[i]);
+        co_interpolation_to_cage(&map, xyz);
+    }
+    co_interpolation_free(&map);
+    co_constraints_free(&own);
+    return status;
+}
+
 /* The same by vertices near them; xyz is the cage, where vertices that are held themselves are put first. */
 static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all,
                          const co_interpolation *map, double *xyz, curvopt_error *error) {
@@ -243,8 +267,10 @@ static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, con
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (!given->of_limit[v])
             co_constraints_put_back(given, v, xyz + 3 * (size_t)v);
+    int32_t status = put_held(m, given, all, xyz, error);
     memcpy(positions, xyz, 3 * n * sizeof *xyz);
-    int32_t status = put_positions(m, given, all, map, positions, error);
+    if (status == CURVOPT_OK)
+        status = put_positions(m, given, all, map, positions, error);
     for (size_t i = 0; i < n_rows; i++)
         memcpy(wanted + 3 * i, positions + 3 * (size_t)map->vertex[i], 3 * sizeof *wanted);
     if (status == CURVOPT_OK)
@@ -253,8 +279,8 @@ static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, con
     return status;
 }
 
-int co_given_constraints_move_cage(const co_constraints *constraints) {
-    return constraints->values.n > 0 || co_chains_hold_any(&constraints->chains);
+int co_given_constraints_move_cage(const curvopt_mesh *m, const co_constraints *constraints) {
+    return constraints->values.n > 0 || co_chains_hold_any(&constraints->chains) || co_looks_ahead(m, constraints);
 }
 
 /* Boundaries and creases that are held keep their vertices; of each chain others must be left. */
@@ -277,7 +303,7 @@ int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *
                                    double *xyz, curvopt_error *error) {
     co_interpolation map = {0};
     co_constraints all = {0};
-    const int moves_cage = co_given_constraints_move_cage(constraints);
+    const int moves_cage = co_given_constraints_move_cage(m, constraints);
     int32_t status = moves_cage ? co_constraints_all(m, constraints, boundary, &all, error)
                                 : co_constraints_copy(m, constraints, &all, error);
     if (status == CURVOPT_OK)

@@ -15,7 +15,7 @@ int32_t co_given_constraints_check_strength(const curvopt_constraints *given, co
 /* Whether any of these, NULL for none, has a place of its own. */
 int co_given_constraints_have_places(const curvopt_constraints *given);
 /* Whether there are constraints for which other vertices near them move, too. */
-int co_given_constraints_move_cage(const co_constraints *constraints);
+int co_given_constraints_move_cage(const curvopt_mesh *mesh, const co_constraints *constraints);
 /* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be, without moving what
  * options.boundary holds for points and tangents of the surface. As co_interpolation_create, co_pivots_choose and
  * co_given_through_place; ERROR_ARGUMENT also where nothing of a chain is left that boundary and creases do not hold.

@@ -44,8 +44,9 @@ static int32_t *values_by_pivot(const curvopt_mesh *m, const co_surface_values *
 }
 
 /* Fills in->limit, of in->vertex [n]. */
-static int32_t make_limit(const curvopt_mesh *m, int32_t n, const co_surface_values *fs, co_interpolation *in,
+static int32_t make_limit(const curvopt_mesh *m, int32_t n, const co_constraints *constraints, co_interpolation *in,
                           curvopt_error *error) {
+    const co_surface_values *fs = &constraints->values;
     size_t most = fs->rows.n_rows ? fs->rows.start[fs->rows.n_rows] : 0;
     int32_t *of = values_by_pivot(m, fs);
     if (!of)
@@ -58,7 +59,7 @@ static int32_t make_limit(const curvopt_mesh *m, int32_t n, const co_surface_val
         const int32_t k = of[in->vertex[i]];
         row.first = row.end;
         if (k < 0)
-            co_vertex_mask_visit(m, in->vertex[i], add_entry, &row);
+            co_constraints_visit_own_point(m, constraints, in->vertex[i], add_entry, &row);
         for (size_t e = k < 0 ? 0 : fs->rows.start[k]; k >= 0 && e < fs->rows.start[k + 1]; e++)
             add_entry(fs->rows.column[e], fs->rows.value[e], &row);
         in->limit.start[i + 1] = row.end;
@@ -314,7 +315,7 @@ static int32_t list(const curvopt_mesh *m, const co_constraints *constraints, co
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (constraints->of_limit[v])
             out->vertex[n++] = v;
-    return make_limit(m, n, &constraints->values, out, error);
+    return make_limit(m, n, constraints, out, error);
 }
 
 /* The vertices, their masks and their groups. */

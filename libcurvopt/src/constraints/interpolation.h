@@ -7,9 +7,10 @@
  *     y_C = M x,      x_C = M_CC^-1 (y_C - M_CF x_F),      y_F = x_F  elsewhere.
  *
  * So holding a point of the surface, or letting it slide on a line or in a plane, is what dof_map.h does with a vertex.
- * A limit point of curvopt_constraints is in the place of its own vertex; after one subdivision no two vertices of the
- * coarser cage are in one mask, and M_CC is a diagonal there on all levels but the first. Other values are in the
- * place of vertices that pivots.h chooses (libcurvopt/notes/87-through-limit-points.md).
+ * A limit point of curvopt_constraints, and a vertex of a finer cage (look_ahead.h), is in the place of its own vertex;
+ * after one subdivision no two vertices of the coarser cage are in one mask, and M_CC is a diagonal there on all levels
+ * but the first. Other values are in the place of vertices that pivots.h chooses
+ * (libcurvopt/notes/87-through-limit-points.md).
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_CONSTRAINTS_INTERPOLATION_H

@@ -191,7 +191,7 @@ static int32_t fill_group(search *s, group *g, curvopt_error *error) {
         row[g->n_columns + r] = 1;
         g->pivot[r] = -1;
         if (i < 0)
-            co_vertex_mask_visit(s->mesh, -1 - i, visit_mask, &(mask){s, row});
+            co_constraints_visit_own_point(s->mesh, s->constraints, -1 - i, visit_mask, &(mask){s, row});
         for (size_t e = i < 0 ? 0 : rows->start[i]; i >= 0 && e < rows->start[i + 1]; e++) {
             g->scale[r] = fmax(g->scale[r], fabs(rows->value[e]));
             if (s->column[rows->column[e]] >= 0)

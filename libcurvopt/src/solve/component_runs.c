@@ -189,7 +189,8 @@ static void free_run(co_run *r) {
 
 static int32_t start_run(component *c, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     co_run *whole = c->all->whole;
-    c->run = (co_run){.context = {.options = &c->given.options,
+    c->run = (co_run){.looks_ahead = whole->looks_ahead,
+                      .context = {.options = &c->given.options,
                                   .tuning = whole->context.tuning,
                                   .cancel = whole->context.cancel,
                                   .tables = whole->context.tables},

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
+#include "constraints/look_ahead.h"
 #include "mesh/subdivide.h"
 #include "mesh/submesh.h"
 #include "solve/component_options.h"
@@ -104,40 +105,47 @@ static void forget_end(curvopt_summary *summary) {
     summary->n_touching = 0;
 }
 
+/* The result's mesh and cage become `times` finer. */
+static int32_t subdivide(co_run *r, int32_t times, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    for (int32_t k = 0; status == CURVOPT_OK && k < times; k++) {
+        curvopt_mesh *fine = NULL;
+        co_sparse_rows rows = {0};
+        double *xyz = NULL;
+        status = co_subdivide_cage(r->result->mesh, r->at.xyz, &fine, &rows, &xyz, error);
+        co_sparse_rows_free(&rows);
+        if (status == CURVOPT_OK) {
+            co_mesh_destroy(r->result->mesh);
+            free(r->at.xyz);
+            r->result->mesh = fine;
+            r->at.xyz = xyz;
+        }
+    }
+    return status;
+}
+
 /* The result becomes the input, subdivided as often. */
 static int32_t take_back(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     curvopt_result *result = r->result;
     curvopt_summary *summary = &result->summary;
-    curvopt_mesh *now = NULL;
+    curvopt_mesh *first = NULL;
     double *at = CO_NEW(double, 3 * (size_t)mesh->info.n_vertices);
-    int32_t status = at ? co_submesh_copy(mesh, &now, error) : co_status_no_memory(error);
-    if (status == CURVOPT_OK)
-        memcpy(at, xyz, 3 * sizeof *at * (size_t)mesh->info.n_vertices);
-    for (int32_t k = 1; status == CURVOPT_OK && k < summary->n_levels; k++) {
-        curvopt_mesh *fine = NULL;
-        co_sparse_rows rows = {0};
-        double *fine_xyz = NULL;
-        status = co_subdivide_cage(now, at, &fine, &rows, &fine_xyz, error);
-        co_sparse_rows_free(&rows);
-        if (status == CURVOPT_OK) {
-            co_mesh_destroy(now);
-            free(at);
-            now = fine;
-            at = fine_xyz;
-        }
-    }
-    co_mesh_destroy(now);
+    int32_t status = at ? co_submesh_copy(mesh, &first, error) : co_status_no_memory(error);
     if (status != CURVOPT_OK) {
         free(at);
         return status;
     }
+    memcpy(at, xyz, 3 * sizeof *at * (size_t)mesh->info.n_vertices);
+    co_mesh_destroy(result->mesh);
     free(r->at.xyz);
+    result->mesh = first;
     r->at.xyz = at;
+    status = subdivide(r, summary->n_levels - 1, error);
     result->end = result->start;
     forget_end(summary);
     summary->n_unfolded = 0;
     summary->spring_energy = summary->curve_deviation = 0;
-    return CURVOPT_OK;
+    return status;
 }
 
 /* The result becomes that of the kept level, which is given away. */
@@ -158,47 +166,83 @@ static void go_back(co_run *r, kept_level *kept) {
     *kept = (kept_level){0};
 }
 
-int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
-                               const co_tuning *tuning, curvopt_progress_fn progress, void *user,
-                               const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error) {
-    co_run r = {.context = {.options = options, .tuning = tuning, .cancel = cancel},
-                .progress = progress,
-                .user = user,
-                .started = co_clock_seconds(),
-                .cancel = {.flag = cancel}};
+/* A run that ends before its last level, where coarse cages hold vertices of the last one: the same surface by that
+ * cage. */
+static int32_t finish(co_run *r, curvopt_error *error) {
+    curvopt_summary *summary = &r->result->summary;
+    const int32_t status = subdivide(r, r->context.options->levels - summary->n_levels, error);
+    summary->n_vertices = r->result->mesh->info.n_vertices;
+    summary->n_faces = r->result->mesh->info.n_faces;
+    return status;
+}
+
+/* *lost: whether it has no result, for its first level was lost, and held vertices of the last level's cage. */
+static int32_t run(co_run *r, const curvopt_mesh *mesh, const double *xyz, int *lost, curvopt_error *error) {
     kept_level kept = {.mesh = NULL};
     int has_run = 0;
-    co_basis_table_cache_create(options->surface, &r.tables);
-    r.tables.cancel = &r.cancel;
-    r.context.tables = &r.tables;
-    int32_t status = co_thread_pool_create(options->threads, &r.threads, error);
-    r.tables.threads = r.threads;
-    if (status == CURVOPT_OK)
-        status = co_run_start(&r, mesh, xyz, error);
-    if (status == CURVOPT_OK && co_component_options_fit(options))
-        status = co_component_runs_minimize(&r, xyz, &has_run, error);
+    int32_t status = co_run_start(r, mesh, xyz, error);
+    const int looks_ahead = status == CURVOPT_OK && co_looks_ahead(mesh, &r->constraints);
+    if (status == CURVOPT_OK && co_component_options_fit(r->context.options))
+        status = co_component_runs_minimize(r, xyz, &has_run, error);
     if (status == CURVOPT_OK && !has_run)
-        status = run_levels(&r, &kept, error);
-    if (status == CURVOPT_OK && !has_run && has_lost(&r)) {
+        status = run_levels(r, &kept, error);
+    if (status == CURVOPT_OK && !has_run && has_lost(r)) {
+        *lost = looks_ahead && !kept.mesh;
         if (kept.mesh)
-            go_back(&r, &kept);
-        else
-            status = take_back(&r, mesh, xyz, error);
+            go_back(r, &kept);
+        else if (!*lost)
+            status = take_back(r, mesh, xyz, error);
     }
     if (status == CO_CANCELLED) {
-        end_at_start(&r);
+        end_at_start(r);
         status = CURVOPT_OK;
+    } else if (status == CURVOPT_OK && looks_ahead && !*lost) {
+        status = finish(r, error);
     }
-    if (status == CURVOPT_OK) {
+    kept_level_free(&kept);
+    return status;
+}
+
+/* A run as `asked`; *out is NULL where it is lost. */
+static int32_t try_run(const co_run *asked, const curvopt_mesh *mesh, const double *xyz, curvopt_result **out,
+                       curvopt_error *error) {
+    co_run r = *asked;
+    int lost = 0;
+    r.cancel = (co_cancel){.flag = r.context.cancel};
+    co_basis_table_cache_create(r.context.options->surface, &r.tables);
+    r.tables.cancel = &r.cancel;
+    r.context.tables = &r.tables;
+    int32_t status = co_thread_pool_create(r.context.options->threads, &r.threads, error);
+    r.tables.threads = r.threads;
+    if (status == CURVOPT_OK)
+        status = run(&r, mesh, xyz, &lost, error);
+    if (status == CURVOPT_OK && !lost) {
         r.result->xyz = r.at.xyz;
         r.at.xyz = NULL;
         *out = r.result;
     } else {
         co_run_result_destroy(r.result);
     }
-    kept_level_free(&kept);
     co_run_free_parts(&r);
     co_basis_table_cache_free(&r.tables);
     co_thread_pool_destroy(r.threads);
+    return status;
+}
+
+int32_t co_multilevel_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
+                               const co_tuning *tuning, curvopt_progress_fn progress, void *user,
+                               const curvopt_cancel *cancel, curvopt_result **out, curvopt_error *error) {
+    co_run asked = {.context = {.options = options, .tuning = tuning, .cancel = cancel},
+                    .progress = progress,
+                    .user = user,
+                    .started = co_clock_seconds(),
+                    .looks_ahead = 1};
+    curvopt_result *result = NULL;
+    int32_t status = try_run(&asked, mesh, xyz, &result, error);
+    asked.looks_ahead = 0;
+    if (status == CURVOPT_OK && !result)
+        status = try_run(&asked, mesh, xyz, &result, error);
+    if (status == CURVOPT_OK)
+        *out = result;
     return status;
 }

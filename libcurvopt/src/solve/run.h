@@ -56,6 +56,7 @@ typedef struct co_run {
     const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                      caller sees, where something is held (live.h) */
     int is_live;                  /* what is held changes afterwards (live.h) */
+    int looks_ahead;              /* coarse levels hold vertices of the last level's cage (look_ahead.h) */
     int is_component;             /* of a larger cage, where nothing may move on any level (component_runs.h) */
     int stands;                   /* nothing does */
     int is_asked_to_stop;         /* by the callback */

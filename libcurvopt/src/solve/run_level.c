@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
 #include "mesh/subdivide.h"
-#include "solve/finer_start.h"
 #include "solve/held_scalars.h"
 #include "solve/run_start.h"
 #include "solve/slide.h"
@@ -82,12 +81,8 @@ int32_t co_run_level_subdivide(co_run *r, curvopt_error *error) {
         start = CO_NEW(double, 3 * (size_t)rows.n_rows);
         status = start ? CURVOPT_OK : co_status_no_memory(error);
     }
-    if (status == CURVOPT_OK) {
-        memcpy(start, xyz, sizeof(double) * 3 * (size_t)rows.n_rows);
-        status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
-    }
     if (status == CURVOPT_OK)
-        status = co_finer_start_choose(r, fine, start, xyz, error);
+        status = co_constraints_subdivide(r->result->mesh, fine, &rows, xyz, &r->constraints, error);
     if (status == CURVOPT_OK && co_chains_hold_any(&r->constraints.chains))
         status = co_given_constraints_place(fine, &r->constraints, r->context.options->boundary, xyz, error);
     if (status == CURVOPT_OK)

@@ -7,6 +7,7 @@
 #include "constraints/given_through.h"
 #include "constraints/held_curvatures.h"
 #include "constraints/kept_symmetry.h"
+#include "constraints/look_ahead.h"
 #include "constraints/loose_components.h"
 #include "constraints/mirror_planes.h"
 #include "constraints/value_images.h"
@@ -63,7 +64,7 @@ static int32_t hold_scalars(co_run *r, const curvopt_mesh *mesh, co_assembly *as
     return status;
 }
 
-int32_t co_run_create_assembly(const co_run *r, const curvopt_mesh *mesh, const double *xyz, co_assembly *assembly,
+static int32_t create_assembly(const co_run *r, const curvopt_mesh *mesh, const double *xyz, co_assembly *assembly,
                                curvopt_error *error) {
     const uint8_t *left_out = r->constraints.left_out;
     double *weight = left_out ? CO_NEW(double, mesh->info.n_faces) : NULL;
@@ -85,7 +86,7 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
     co_assembly assembly;
     int changed;
     double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
-    int32_t status = co_run_create_assembly(r, mesh, r->at.xyz, &assembly, error);
+    int32_t status = create_assembly(r, mesh, r->at.xyz, &assembly, error);
     if (status != CURVOPT_OK)
         return status;
     status = co_adaptive_quadrature_resolve(&assembly, r->at.xyz,
@@ -126,7 +127,7 @@ static int32_t begin_unfolded(co_run *r, const curvopt_mesh *mesh, int has_held,
     summary->n_unfolded = found.n_moved;
     if (status != CURVOPT_OK || !found.n_moved)
         return status;
-    if (co_given_constraints_move_cage(&r->constraints))
+    if (co_given_constraints_move_cage(mesh, &r->constraints))
         status = co_given_constraints_place(mesh, &r->constraints, boundary, r->at.start, error);
     if (status == CURVOPT_OK && r->at.symmetry.order > 1) {
         co_symmetry_free(&r->at.symmetry);
@@ -259,6 +260,32 @@ int32_t co_run_find_symmetry(co_run *r, const curvopt_mesh *mesh, const double *
     return status == CURVOPT_OK ? co_run_restrict_symmetry(r, mesh, error) : status;
 }
 
+static int32_t put_where_held(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    if (!(o->constraints && o->constraints->has_places) && !co_given_constraints_move_cage(mesh, &r->constraints))
+        return CURVOPT_OK;
+    return co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
+}
+
+/* The run begins where what is held is where it is to be, or will be on the last level. */
+static int32_t place(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
+    const curvopt_options *o = r->context.options;
+    curvopt_error refusal = {0};
+    if (r->looks_ahead && !o->joshi_sequin && !o->no_crossings && !co_strength_stays_near(o))
+        co_look_ahead(mesh, o->levels - 1, &r->constraints);
+    if (!co_looks_ahead(mesh, &r->constraints))
+        return put_where_held(r, mesh, error);
+    int32_t status = put_where_held(r, mesh, &refusal);
+    if (status == CURVOPT_ERROR_ARGUMENT) {
+        memcpy(r->at.start, xyz, 3 * sizeof *xyz * (size_t)mesh->info.n_vertices);
+        status = co_look_ahead_leave_overlapping(mesh, &r->constraints, error);
+        return status == CURVOPT_OK ? put_where_held(r, mesh, error) : status;
+    }
+    if (status != CURVOPT_OK && error)
+        *error = refusal;
+    return status;
+}
+
 /* Constraints, exceptions and symmetries of the input cage. */
 static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
@@ -269,9 +296,8 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
         status = co_given_through_create(mesh, xyz, o, &r->constraints, error);
     if (status == CURVOPT_OK)
         status = find_exceptions(r, mesh, error);
-    if (status == CURVOPT_OK &&
-        ((o->constraints && o->constraints->has_places) || co_given_constraints_move_cage(&r->constraints)))
-        status = co_given_constraints_place(mesh, &r->constraints, o->boundary, r->at.start, error);
+    if (status == CURVOPT_OK)
+        status = place(r, mesh, xyz, error);
     if (status == CURVOPT_OK && r->is_live && co_component_options_fit(o))
         status = co_loose_components_leave_out(mesh, o->boundary, &r->constraints, error);
     if (status == CURVOPT_OK)

@@ -19,10 +19,6 @@ int32_t co_run_restrict_symmetry(co_run *run, const curvopt_mesh *mesh, curvopt_
 int32_t co_run_find_symmetry(co_run *run, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error);
 /* Takes the present cage as that by which half discs are chosen. ERROR_MEMORY. */
 int32_t co_run_take_shape(co_run *run, curvopt_error *error);
-/* An assembly of a cage of the run's present level, without the faces that are left out, by the first rules. Frees as
- * co_assembly_create(), whose errors these are. */
-int32_t co_run_create_assembly(const co_run *run, const curvopt_mesh *mesh, const double *xyz, co_assembly *assembly,
-                               curvopt_error *error);
 /* Energies of the present cage run->at.xyz, by an assembly of its own. As curvopt_problem_evaluate, CO_CANCELLED. */
 int32_t co_run_evaluate(co_run *run, curvopt_energies *out, curvopt_error *error);
 /* Where the result's half discs (blend_disc_half.h) are not those that the level began with, its figures are taken

@@ -46,27 +46,65 @@ int co_vertex_mask_exists(const curvopt_mesh *m, int32_t v) {
     return r.n_faces > 0 && co_mesh_flaw_of(m, v) == CO_MESH_SOUND && (r.is_corner || (!r.fades && r.n_sharp != 1));
 }
 
-void co_vertex_mask_visit(const curvopt_mesh *m, int32_t v, co_vertex_mask_fn visit, void *context) {
-    const ring r = ring_of(m, v);
-    const double k = r.n_faces, unit = 1 / (k * (k + 5));
-    if (r.is_corner) {
-        visit(v, 1, context);
-        return;
+/* A mask: weights of the vertex, of each vertex at the other end of an edge (on a curve: of its edges), and of the
+ * middle of each face. */
+typedef struct weights {
+    double vertex, edge, face;
+} weights;
+
+static weights limit_weights(const ring *r) {
+    const double k = r->n_faces, unit = 1 / (k * (k + 5));
+    return r->n_sharp == 2 ? (weights){4.0 / 6, 1.0 / 6, 0} : (weights){k * (k - 1) * unit, 2 * unit, 4 * unit};
+}
+
+/* One subdivision takes a vertex of a curve and the mean of its neighbours there to (3 v + w) / 4 and (v + w) / 2. */
+static weights on_curve(int32_t subdivisions) {
+    weights at = {1, 0, 0};
+    for (int32_t i = 0; i < subdivisions; i++)
+        at = (weights){0.75 * at.vertex + 0.5 * at.edge, 0.25 * at.vertex + 0.5 * at.edge, 0};
+    return (weights){at.vertex, at.edge / 2, 0};
+}
+
+/* One subdivision takes a vertex, the mean of its n neighbours and that of its faces' middles, v, w, c, to v' =
+ * ((n - 2) v + w + c) / n, w' = (v + w + 2 c) / 4 and (v' + 2 w' + c) / 4. */
+static weights on_surface(double n, int32_t subdivisions) {
+    weights at = {1, 0, 0};
+    for (int32_t i = 0; i < subdivisions; i++) {
+        const double v = at.vertex + at.face / 4, w = at.edge + at.face / 2;
+        at = (weights){v * (n - 2) / n + w / 4, v / n + w / 4, v / n + w / 2 + at.face / 4};
     }
-    if (r.n_sharp == 2) {
-        visit(v, 4.0 / 6, context);
-        visit(r.sharp[0], 1.0 / 6, context);
-        visit(r.sharp[1], 1.0 / 6, context);
-        return;
-    }
-    visit(v, k * (k - 1) * unit, context);
+    return (weights){at.vertex, at.edge / n, at.face / n};
+}
+
+static void visit_weighted(const curvopt_mesh *m, int32_t v, const ring *r, weights at, co_vertex_mask_fn visit,
+                           void *context) {
+    visit(v, at.vertex, context);
+    for (int i = 0; r->n_sharp == 2 && i < 2; i++)
+        visit(r->sharp[i], at.edge, context);
     int32_t h = m->vertex_corner[v];
-    for (int32_t i = 0; i < r.n_faces; i++, h = co_mesh_rotate(m, h)) {
+    for (int32_t i = 0; r->n_sharp != 2 && i < r->n_faces; i++, h = co_mesh_rotate(m, h)) {
         const int32_t f = m->corner_face[h];
-        visit(co_mesh_destination(m, h), 2 * unit, context);
+        visit(co_mesh_destination(m, h), at.edge, context);
         for (int32_t c = m->face_start[f]; c < m->face_start[f + 1]; c++)
-            visit(m->corner_vertex[c], 4 * unit / co_mesh_face_size(m, f), context);
+            visit(m->corner_vertex[c], at.face / co_mesh_face_size(m, f), context);
     }
+}
+
+void co_vertex_mask_visit(const curvopt_mesh *m, int32_t v, co_vertex_mask_fn visit, void *context) {
+    co_vertex_mask_visit_after(m, v, CO_VERTEX_MASK_LIMIT, visit, context);
+}
+
+void co_vertex_mask_visit_after(const curvopt_mesh *m, int32_t v, int32_t subdivisions, co_vertex_mask_fn visit,
+                                void *context) {
+    const ring r = ring_of(m, v);
+    if (r.is_corner)
+        visit(v, 1, context);
+    else
+        visit_weighted(m, v, &r,
+                       subdivisions == CO_VERTEX_MASK_LIMIT ? limit_weights(&r)
+                       : r.n_sharp == 2                     ? on_curve(subdivisions)
+                                                            : on_surface(r.n_faces, subdivisions),
+                       visit, context);
 }
 
 typedef struct point_sum {

@@ -15,6 +15,10 @@ int co_vertex_mask_exists(const curvopt_mesh *mesh, int32_t vertex);
 typedef void (*co_vertex_mask_fn)(int32_t vertex, double weight, void *context);
 /* The mask of a vertex that has one, entry by entry; a vertex may come more than once. */
 void co_vertex_mask_visit(const curvopt_mesh *mesh, int32_t vertex, co_vertex_mask_fn visit, void *context);
+/* The same of where such a vertex is after so many subdivisions. */
+enum { CO_VERTEX_MASK_LIMIT = -1 }; /* infinitely many */
+void co_vertex_mask_visit_after(const curvopt_mesh *mesh, int32_t vertex, int32_t subdivisions, co_vertex_mask_fn visit,
+                                void *context);
 /* The limit point of such a vertex of the cage xyz [3 n_vertices]. */
 void co_vertex_mask_point(const curvopt_mesh *mesh, int32_t vertex, const double *xyz, double out[3]);
 /* The largest number of entries that it can have; of tangents' masks as well. */
