@@ -234,29 +234,6 @@ static int32_t put_positions(const curvopt_mesh *m, const co_constraints *given,
     return co_given_through_place(all, xyz, error);
 }
 
-/* Vertices that look ahead and that the boundary or something else of `all` holds: themselves, so that they will be
- * where they are to be. */
-static int32_t put_held(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all, double *xyz,
-                        curvopt_error *error) {
-    co_constraints own = {0};
-    co_interpolation map = {0};
-    int32_t status = co_constraints_copy(m, given, &own, error);
-    for (int32_t v = 0; status == CURVOPT_OK && own.freedom && v < m->info.n_vertices; v++)
-        if (!own.subdivisions[v] || all->of_limit[v])
-            own.of_limit[v] = CO_OF_VERTEX;
-    if (status == CURVOPT_OK)
-        status = co_interpolation_of_all(m, &own, &map, error);
-    if (status == CURVOPT_OK) {
-        co_interpolation_from_cage(&map, xyz);
-        for (int32_t i = 0; i < map.limit.n_rows; i++)
-            co_constraints_put_back(given, map.vertex[i], xyz + 3 * (size_t)map.vertex[i]);
-        co_interpolation_to_cage(&map, xyz);
-    }
-    co_interpolation_free(&map);
-    co_constraints_free(&own);
-    return status;
-}
-
 /* The same by vertices near them; xyz is the cage, where vertices that are held themselves are put first. */
 static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, const co_constraints *all,
                          const co_interpolation *map, double *xyz, curvopt_error *error) {
@@ -267,10 +244,8 @@ static int32_t move_cage(const curvopt_mesh *m, const co_constraints *given, con
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (!given->of_limit[v])
             co_constraints_put_back(given, v, xyz + 3 * (size_t)v);
-    int32_t status = put_held(m, given, all, xyz, error);
     memcpy(positions, xyz, 3 * n * sizeof *xyz);
-    if (status == CURVOPT_OK)
-        status = put_positions(m, given, all, map, positions, error);
+    int32_t status = put_positions(m, given, all, map, positions, error);
     for (size_t i = 0; i < n_rows; i++)
         memcpy(wanted + 3 * i, positions + 3 * (size_t)map->vertex[i], 3 * sizeof *wanted);
     if (status == CURVOPT_OK)
@@ -299,6 +274,16 @@ static int32_t check_chains(const co_constraints *given, const co_constraints *a
     return CURVOPT_OK;
 }
 
+/* Vertices that look ahead move to where they will be as wanted, also where the boundary or something else holds them
+ * from then on. */
+static void free_those_ahead(const curvopt_mesh *m, const co_constraints *given, co_constraints *all) {
+    for (int32_t v = 0; given->freedom && v < m->info.n_vertices; v++)
+        if (co_looks_ahead_at(given, v)) {
+            all->freedom[v] = given->freedom[v];
+            all->of_limit[v] = given->of_limit[v];
+        }
+}
+
 int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *constraints, int32_t boundary,
                                    double *xyz, curvopt_error *error) {
     co_interpolation map = {0};
@@ -306,8 +291,10 @@ int32_t co_given_constraints_place(const curvopt_mesh *m, const co_constraints *
     const int moves_cage = co_given_constraints_move_cage(m, constraints);
     int32_t status = moves_cage ? co_constraints_all(m, constraints, boundary, &all, error)
                                 : co_constraints_copy(m, constraints, &all, error);
-    if (status == CURVOPT_OK)
+    if (status == CURVOPT_OK) {
+        free_those_ahead(m, constraints, &all);
         status = check_chains(constraints, &all, error);
+    }
     if (status == CURVOPT_OK)
         status = co_pivots_choose(m, NULL, &all, error);
     if (status == CURVOPT_OK)

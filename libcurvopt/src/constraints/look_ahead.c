@@ -5,21 +5,15 @@
 
 #include <stdlib.h>
 
-static int is_marked(const co_constraints *c, int32_t v) {
-    return c->of_limit[v] == CO_OF_OWN_POINT && c->subdivisions[v];
-}
-
 typedef struct mask {
     const co_constraints *constraints;
     int32_t of;         /* whose mask it is */
-    int reaches_free;   /* whether a vertex of it may move freely */
     int reaches_others; /* whether a point of the surface is held in the place of another one */
 } mask;
 
 static void see_entry(int32_t v, double weight, void *context) {
     mask *to = context;
     (void)weight;
-    to->reaches_free |= to->constraints->freedom[v] == CO_FREEDOM_ALL;
     to->reaches_others |= v != to->of && to->constraints->of_limit[v];
 }
 
@@ -32,7 +26,7 @@ static mask mask_of(const curvopt_mesh *m, const co_constraints *c, int32_t v) {
 void co_look_ahead(const curvopt_mesh *m, int32_t subdivisions, co_constraints *c) {
     for (int32_t v = 0; c->freedom && !c->springs.stiffness && subdivisions > 0 && v < m->info.n_vertices; v++) {
         if (c->freedom[v] == CO_FREEDOM_ALL || c->of_limit[v] || !co_vertex_mask_exists(m, v) ||
-            co_constraints_are_of_face(m, c, v) || (c->freedom[v] != CO_FREEDOM_NONE && !mask_of(m, c, v).reaches_free))
+            co_constraints_are_of_face(m, c, v))
             continue;
         c->of_limit[v] = CO_OF_OWN_POINT;
         c->subdivisions[v] = (uint8_t)subdivisions;
@@ -44,7 +38,7 @@ int32_t co_look_ahead_leave_overlapping(const curvopt_mesh *m, co_constraints *c
     if (!overlaps)
         return co_status_no_memory(error);
     for (int32_t v = 0; v < m->info.n_vertices; v++)
-        overlaps[v] = is_marked(c, v) && mask_of(m, c, v).reaches_others;
+        overlaps[v] = co_looks_ahead_at(c, v) && mask_of(m, c, v).reaches_others;
     for (int32_t v = 0; v < m->info.n_vertices; v++)
         if (overlaps[v]) {
             c->of_limit[v] = CO_OF_VERTEX;
@@ -56,7 +50,7 @@ int32_t co_look_ahead_leave_overlapping(const curvopt_mesh *m, co_constraints *c
 
 int co_looks_ahead(const curvopt_mesh *m, const co_constraints *c) {
     for (int32_t v = 0; c->freedom && v < m->info.n_vertices; v++)
-        if (is_marked(c, v))
+        if (co_looks_ahead_at(c, v))
             return 1;
     return 0;
 }

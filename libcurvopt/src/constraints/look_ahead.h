@@ -13,12 +13,15 @@
 #include "constraints/constraints.h"
 
 /* Marks vertices of the user's constraints, so many subdivisions before the last level. Not those that subdivision
- * leaves constrained as they are: of faces that are held, and in planes and on lines among neighbours all of which are
- * constrained; nor where a vertex has no mask; nor, with any soft constraints, at all. */
+ * leaves constrained as they are, of faces that are held; nor where a vertex has no mask; nor, with any soft
+ * constraints, at all. */
 void co_look_ahead(const curvopt_mesh *mesh, int32_t subdivisions, co_constraints *constraints);
 /* Takes marks off whose masks overlap others', where these cannot be chosen freely. ERROR_MEMORY. */
 int32_t co_look_ahead_leave_overlapping(const curvopt_mesh *mesh, co_constraints *constraints, curvopt_error *error);
-/* Whether any vertex is marked. */
+/* Whether vertex v is marked, and whether any is. */
+static inline int co_looks_ahead_at(const co_constraints *constraints, int32_t v) {
+    return constraints->of_limit[v] == CO_OF_OWN_POINT && constraints->subdivisions[v];
+}
 int co_looks_ahead(const curvopt_mesh *mesh, const co_constraints *constraints);
 
 #endif
