@@ -10,7 +10,6 @@ import pytest
 
 import lib
 from ccref import mesh_from_faces
-from nets import torus_cage
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "corpus"))
 
@@ -31,7 +30,7 @@ def pinned_cage(seed: int):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_finer_level_begins_on_the_surface_of_the_one_before_where_vertices_are_held(seed):
-    """Put back after each subdivision they would be spikes, of 5 to 11 times the energy. Boundaries and creases as well."""
+    """Put back after each subdivision they would be spikes, of 5 to 11 times the energy."""
     (cage, pins), first, last = pinned_cage(seed), {}, {}
 
     def note(report):
