@@ -17,8 +17,9 @@ int co_given_constraints_have_places(const curvopt_constraints *given);
 /* Whether there are constraints for which other vertices near them move, too. */
 int co_given_constraints_move_cage(const curvopt_mesh *mesh, const co_constraints *constraints);
 /* Moves vertices of xyz [3 n_vertices] so that what is held exactly is where it is to be, or will be (look_ahead.h);
- * for points and tangents of the surface without what options.boundary holds, unless a vertex of that looks ahead. As co_interpolation_create, co_pivots_choose and
- * co_given_through_place; ERROR_ARGUMENT also where nothing of a chain is left that boundary and creases do not hold.
+ * for points and tangents of the surface without what options.boundary holds, unless a vertex of that looks ahead. As
+ * co_interpolation_create, co_pivots_choose and co_given_through_place; ERROR_ARGUMENT also where nothing of a chain is
+ * left that boundary and creases do not hold.
  */
 int32_t co_given_constraints_place(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary,
                                    double *xyz, curvopt_error *error);
