@@ -60,7 +60,7 @@ static void check_certified(solve_setting *s, co_level *l) {
     CHECK_TRUE(resolved);
     CHECK_NEAR(energies.objective, solve_energy(s, xyz), 1e-3 * energies.objective);
     co_level_objective_evaluate(&l->objective, &l->now);
-    CHECK_OK(co_newton_decrement(&l->hessian, &l->now, &decrement, &error), &error);
+    CHECK_OK(co_newton_decrement(&l->hessian, &l->now, 0, &decrement, &error), &error);
     CHECK_BETWEEN(decrement, 0, 1e-6 * energies.objective);
     co_certificate_shape shape = solve_shape(s, &s->symmetry, xyz, l->motion == CO_MOTION_ALL ? l : NULL, 0);
     CHECK_INT(co_certificate_verdict(&s->tuning, l->now.value, decrement, &shape), CURVOPT_VERDICT_MINIMUM);

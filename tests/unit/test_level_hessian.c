@@ -196,7 +196,7 @@ static void test_shift_rises_until_a_saddle_is_positive(void **state) {
     curvopt_error error;
     int32_t n_negative;
     double decrement, least = co_level_hessian_least_shift(m.h, m.l->now.value);
-    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, &n_negative, &decrement, &error), &error);
+    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, 0, &n_negative, &decrement, &error), &error);
     CHECK_BETWEEN(n_negative, 1, m.n);
     CHECK_TRUE(isnan(decrement));
     for (int k = 0; k < 2; k++) {
@@ -210,6 +210,46 @@ static void test_shift_rises_until_a_saddle_is_positive(void **state) {
         CHECK_TRUE(!is_positive(&m, shift / raise));
     }
     matrices_free(&m);
+}
+
+static void check_same(double a, double b) {
+    CHECK_TRUE(a == b || (isnan(a) && isnan(b)));
+}
+
+/* What is said of a Hessian that is there already is what is said of one that is assembled for it. `more`: whether
+ * motions count that steps do not know. */
+static void check_count_of_what_is_there(cage c, const curvopt_options *options, co_motion motion, int more) {
+    matrices m = matrices_of_motion(c, options, motion);
+    curvopt_error error;
+    int32_t n_negative[2];
+    int positive, n_motions;
+    double decrement[2], left[2];
+    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, 0, &n_negative[0], &decrement[0], &error), &error);
+    n_motions = m.h->system.n_motions;
+    CHECK_OK(co_newton_decrement_factorize(m.h, &m.l->now, 1, &positive, &error), &error);
+    CHECK_INT(n_motions > m.h->system.n_motions, more);
+    CHECK_OK(co_level_hessian_count_negative(m.h, &m.l->now, 1, &n_negative[1], &decrement[1], &error), &error);
+    CHECK_INT(m.h->system.n_motions, n_motions);
+    CHECK_INT(n_negative[1], n_negative[0]);
+    check_same(decrement[1], decrement[0]);
+    for (int k = 0; k < 2; k++)
+        CHECK_OK(co_newton_decrement(m.h, &m.l->now, k && !positive, &left[k], &error), &error);
+    check_same(left[1], left[0]);
+    matrices_free(&m);
+}
+
+static void test_count_of_a_hessian_that_is_there(void **state) {
+    (void)state;
+    const curvopt_options w = willmore(), mvs = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_MVS);
+    curvopt_options pinned = willmore();
+    pinned.constraints = &pins;
+    for (int k = 0; k < 2; k++) {
+        const co_motion motion = k ? CO_MOTION_NORMALS : CO_MOTION_ALL;
+        check_count_of_what_is_there(cage_torus(12, 4, 1, 0.15), &mvs, motion, 0);
+        check_count_of_what_is_there(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &w, motion, 1);
+        check_count_of_what_is_there(cage_torus(8, 8, 1, 0.7), &w, motion, 1);
+        check_count_of_what_is_there(cage_shaken(cage_torus(5, 4, 1, 0.4), 0.05), &pinned, motion, 0);
+    }
 }
 
 /* Of the Gauss-Newton matrix, which is positive with the least shift: nothing but the excess changes the shift. */
@@ -392,7 +432,7 @@ static void test_decrement_of_one_variable(void **state) {
     curvopt_error error;
     double decrement, H = second_derivative(&m), g = m.l->now.gradient[0];
     CHECK_BETWEEN(H, 1e-3, 1e6);
-    CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &error), &error);
+    CHECK_OK(co_newton_decrement(m.h, &m.l->now, 0, &decrement, &error), &error);
     CHECK_TRUE(!m.h->has_factor);
     double exact = 0.5 * g * g / (H + 0.1 * m.l->now.value / 20);
     CHECK_NEAR(decrement, exact, 1e-7 * exact);
@@ -410,7 +450,7 @@ static void test_decrement_where_the_hessian_is_negative(void **state) {
         double decrement, least = co_level_hessian_least_shift(m.h, m.l->now.value), g = m.l->now.gradient[0];
         if (isfinite(m.l->now.value) && second_derivative(&m) < -2 * least) {
             int positive;
-            CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &error), &error);
+            CHECK_OK(co_newton_decrement(m.h, &m.l->now, 0, &decrement, &error), &error);
             CHECK_OK(co_level_hessian_factorize_at(m.h, &m.l->now, 0, &positive, &error), &error);
             CHECK_TRUE(positive && m.h->system.hessian.value[0] >= 0);
             double exact = 0.5 * g * g / (m.h->system.hessian.value[0] + least);
@@ -437,9 +477,9 @@ static void test_decrement_of_no_variables(void **state) {
     int32_t n_negative = -1;
     CHECK_INT(co_level_objective_n(&l->objective), 0);
     CHECK_TRUE(!l->hessian.exists);
-    CHECK_OK(co_newton_decrement(&l->hessian, &l->now, &decrement, &error), &error);
+    CHECK_OK(co_newton_decrement(&l->hessian, &l->now, 0, &decrement, &error), &error);
     CHECK_NEAR(decrement, 0, 0);
-    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &decrement, &error), &error);
+    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, 0, &n_negative, &decrement, &error), &error);
     CHECK_INT(n_negative, 0);
     CHECK_NEAR(decrement, 0, 0);
     co_level_destroy(l);
@@ -455,7 +495,7 @@ static void test_decrement_where_the_energy_is_nothing(void **state) {
     curvopt_error error;
     double decrement;
     CHECK_BETWEEN(m.l->now.value, 0, 1e-20);
-    CHECK_OK(co_newton_decrement(m.h, &m.l->now, &decrement, &error), &error);
+    CHECK_OK(co_newton_decrement(m.h, &m.l->now, 0, &decrement, &error), &error);
     CHECK_BETWEEN(decrement, 0, 1e-18);
     matrices_free(&m);
 }
@@ -468,6 +508,7 @@ int main(void) {
         cmocka_unit_test(test_solutions_along_normals),
         cmocka_unit_test(test_least_shift_is_a_part_of_the_energy_by_vertices),
         cmocka_unit_test(test_shift_rises_until_a_saddle_is_positive),
+        cmocka_unit_test(test_count_of_a_hessian_that_is_there),
         cmocka_unit_test(test_long_steps_stiffen_and_short_ones_soften),
         cmocka_unit_test(test_the_shift_of_lbfgs_is_one_of_strains),
         cmocka_unit_test(test_cancelled_runs_make_no_matrix),

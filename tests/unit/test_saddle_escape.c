@@ -53,7 +53,7 @@ static int32_t count_negative(solve_setting *s, const co_symmetry *symmetry, co_
     double decrement;
     CHECK_OK(co_level_create(&s->run, s->mesh, symmetry, &s->constraints, among, s->c.xyz, 1, &l, &error), &error);
     CHECK_OK(co_level_begin(l, &error), &error);
-    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, &n_negative, &decrement, &error), &error);
+    CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, 0, &n_negative, &decrement, &error), &error);
     CHECK_INT(isnan(decrement) != 0, n_negative != 0);
     co_level_destroy(l);
     return n_negative;

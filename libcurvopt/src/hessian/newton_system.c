@@ -272,6 +272,12 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
     return status;
 }
 
+void co_newton_system_change_gauge(co_newton_system *m, const double *x, co_gauge gauge) {
+    find_motions(m, x, gauge);
+    add_ways(m);
+    make_columns(m);
+}
+
 int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x, curvopt_error *error) {
     const co_sparse_hessian *h = &m->hessian;
     if (!m->exact)

@@ -74,6 +74,9 @@ void co_newton_system_free(co_newton_system *system);
  * factor is lost. ERROR_MEMORY. */
 int32_t co_newton_system_assemble(co_newton_system *system, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error);
+/* Of the matrix that was assembled last, at the same x: motions of this gauge are made stiff instead. The factor is
+ * lost. */
+void co_newton_system_change_gauge(co_newton_system *system, const double *x, co_gauge gauge);
 /* For co_newton_system_mix(), after the Hessian was assembled: sets its values aside, and puts those of the
  * Gauss-Newton matrix at the same x in their place. The caller may add to them. ERROR_MEMORY. */
 int32_t co_newton_system_begin_gauss_newton(co_newton_system *system, const double *x, curvopt_error *error);

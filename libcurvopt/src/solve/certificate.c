@@ -84,7 +84,8 @@ int32_t co_certificate_check_shape(co_level *l, int differences, co_certificate_
     out->decrement = out->difference_decrement = (double)NAN;
     l->hessian.has_factor = positive;
     if (!positive)
-        return co_level_hessian_count_negative(&l->hessian, &l->now, &out->negative_directions, &out->decrement, error);
+        return co_level_hessian_count_negative(&l->hessian, &l->now, 1, &out->negative_directions, &out->decrement,
+                                               error);
     status = co_newton_decrement_by_factor(&l->hessian, &l->now, &out->decrement, error);
     if (status == CURVOPT_OK && differences)
         status = difference_decrement(l, &out->difference_decrement, error);
@@ -103,7 +104,7 @@ int32_t co_certificate_count_negative(const co_run_context *run, const curvopt_m
     if (status == CURVOPT_OK)
         status = co_level_begin(level, error);
     if (status == CURVOPT_OK)
-        status = co_level_hessian_count_negative(&level->hessian, &level->now, n_negative, &decrement, error);
+        status = co_level_hessian_count_negative(&level->hessian, &level->now, 0, n_negative, &decrement, error);
     co_level_destroy(level);
     co_symmetry_free(&none);
     return status;

@@ -321,7 +321,7 @@ static int32_t refine(void *context, curvopt_error *error) {
 
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
     co_level *l = context;
-    return co_newton_decrement(&l->hessian, &l->now, left, error);
+    return co_newton_decrement(&l->hessian, &l->now, 0, left, error);
 }
 
 static double value(void *context) {

@@ -248,16 +248,27 @@ int32_t co_level_hessian_unmix(co_level_hessian *h, const co_iterate *now, curvo
                : status;
 }
 
-int32_t co_level_hessian_count_negative(co_level_hessian *h, const co_iterate *now, int32_t *n_negative,
-                                        double *decrement, curvopt_error *error) {
+/* Motions of this gauge become the stiff ones of the Hessian at `now`, which was assembled last. */
+static void change_gauge(co_level_hessian *h, const co_iterate *now, co_gauge gauge) {
+    co_level_objective_place(h->objective, now->x);
+    leave_out(h, gauge);
+    co_newton_system_change_gauge(&h->system, h->objective->positions, gauge);
+}
+
+int32_t co_level_hessian_count_negative(co_level_hessian *h, const co_iterate *now, int has_hessian,
+                                        int32_t *n_negative, double *decrement, curvopt_error *error) {
+    const co_gauge gauge = h->objective->gauge;
     size_t n = co_level_objective_n(h->objective);
     *n_negative = n > LARGEST_COUNT ? -1 : 0;
     *decrement = n > LARGEST_COUNT ? (double)NAN : 0;
     if (n == 0 || *n_negative < 0)
         return CURVOPT_OK;
     double *step = CO_NEW(double, n);
-    int32_t status =
-        step ? co_level_hessian_assemble_exact(h, now, h->objective->gauge, error) : co_status_no_memory(error);
+    int32_t status = step ? CURVOPT_OK : co_status_no_memory(error);
+    if (status == CURVOPT_OK && has_hessian)
+        change_gauge(h, now, gauge);
+    else if (status == CURVOPT_OK)
+        status = co_level_hessian_assemble_exact(h, now, gauge, error);
     if (status == CURVOPT_OK)
         status = co_newton_system_count_negative(&h->system, co_level_hessian_least_shift(h, now->value), now->gradient,
                                                  step, n_negative, error);

@@ -54,10 +54,10 @@ int32_t co_level_hessian_assemble_exact(co_level_hessian *hessian, const co_iter
 /* The matrix that Newton's method assembled, unmixed, with the least shift that makes it positive. ERROR_MEMORY. */
 int32_t co_level_hessian_unmix(co_level_hessian *hessian, const co_iterate *now, curvopt_error *error);
 /* Negative directions of the Hessian at `now`; -1 if they cannot be counted: there are too many variables, or rounding
- * leaves the count unknown. *decrement: Newton's, if there are none, else NAN. Moebius maps count as no directions
- * where the energy does not see them, so that there may be none although the matrix has no Cholesky factor.
- * ERROR_MEMORY. */
-int32_t co_level_hessian_count_negative(co_level_hessian *hessian, const co_iterate *now, int32_t *n_negative,
-                                        double *decrement, curvopt_error *error);
+ * leaves the count unknown. `has_hessian`: it was assembled there last, and by the assembly's rules. *decrement:
+ * Newton's, if there are none, else NAN. Moebius maps count as no directions where the energy does not see them, so
+ * that there may be none although the matrix has no Cholesky factor. ERROR_MEMORY. */
+int32_t co_level_hessian_count_negative(co_level_hessian *hessian, const co_iterate *now, int has_hessian,
+                                        int32_t *n_negative, double *decrement, curvopt_error *error);
 
 #endif

@@ -31,12 +31,15 @@ int32_t co_newton_decrement_by_factor(co_level_hessian *h, const co_iterate *now
     return status;
 }
 
-int32_t co_newton_decrement(co_level_hessian *h, const co_iterate *now, double *decrement, curvopt_error *error) {
-    int positive;
+int32_t co_newton_decrement(co_level_hessian *h, const co_iterate *now, int is_indefinite, double *decrement,
+                            curvopt_error *error) {
+    int positive = 0;
+    int32_t status = CURVOPT_OK;
     *decrement = 0;
     if (co_level_objective_n(h->objective) == 0)
         return CURVOPT_OK;
-    int32_t status = co_newton_decrement_factorize(h, now, 1, &positive, error);
+    if (!is_indefinite)
+        status = co_newton_decrement_factorize(h, now, 1, &positive, error);
     if (status == CURVOPT_OK && !positive)
         status = co_newton_decrement_factorize(h, now, 0, &positive, error);
     h->has_factor = 0;

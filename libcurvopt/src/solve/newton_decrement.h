@@ -14,7 +14,9 @@ int32_t co_newton_decrement_factorize(co_level_hessian *hessian, const co_iterat
 int32_t co_newton_decrement_by_factor(co_level_hessian *hessian, const co_iterate *now, double *decrement,
                                       curvopt_error *error);
 /* Over all variables: by the Hessian, or by the Gauss-Newton matrix where that has negative directions; NAN where
- * neither has a factor. The factor is spent. ERROR_MEMORY. */
-int32_t co_newton_decrement(co_level_hessian *hessian, const co_iterate *now, double *decrement, curvopt_error *error);
+ * neither has a factor. `is_indefinite`: the Hessian is known to have no factor here. The factor is spent.
+ * ERROR_MEMORY. */
+int32_t co_newton_decrement(co_level_hessian *hessian, const co_iterate *now, int is_indefinite, double *decrement,
+                            curvopt_error *error);
 
 #endif

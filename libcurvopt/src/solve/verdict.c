@@ -55,6 +55,7 @@ static int is_flat(const co_run *r) {
 
 int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
+    const int is_own = l->motion == CO_MOTION_NORMALS && !normals; /* the level whose shape is checked */
     co_certificate_shape shape;
     if (r->context.held) /* a level that was tried and left may have had others */
         *r->context.held = l->objective.numbers.numbers;
@@ -64,7 +65,8 @@ int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error 
         return status;
     summary->newton_decrement = shape.decrement;
     if (l->motion != CO_MOTION_NORMALS || isnan(shape.decrement))
-        status = co_newton_decrement(&l->hessian, &l->now, &summary->newton_decrement, error);
+        status = co_newton_decrement(&l->hessian, &l->now, is_own && isnan(shape.decrement), &summary->newton_decrement,
+                                     error);
     if (status != CURVOPT_OK)
         return status;
     summary->shape_decrement = shape.decrement;
