@@ -270,6 +270,27 @@ static void test_hessian(void **state) {
     for_all(check_hessian);
 }
 
+/* What is said of a Hessian that is there already, with its ways, is what is said of one that is assembled for it. */
+static void check_count(fixture *f) {
+    co_level *l = f->level;
+    curvopt_error error;
+    int32_t n_negative[2];
+    double decrement[2];
+    for (int k = 0; k < 2; k++) {
+        if (k)
+            CHECK_OK(co_level_hessian_assemble_exact(&l->hessian, &l->now, CO_GAUGE_NONE, &error), &error);
+        CHECK_OK(co_level_hessian_count_negative(&l->hessian, &l->now, k, &n_negative[k], &decrement[k], &error),
+                 &error);
+    }
+    CHECK_INT(n_negative[1], n_negative[0]);
+    CHECK_TRUE(decrement[1] == decrement[0] || (isnan(decrement[1]) && isnan(decrement[0])));
+}
+
+static void test_count(void **state) {
+    (void)state;
+    for_all(check_count);
+}
+
 /* A shift at which the matrix is positive definite, from both sides of where its sparse part is: what solves then
  * solves that matrix. */
 static void check_factor(fixture *f) {
@@ -329,7 +350,8 @@ static void test_targets(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_way_back), cmocka_unit_test(test_no_way_back), cmocka_unit_test(test_gradient),
-        cmocka_unit_test(test_hessian),  cmocka_unit_test(test_factor),      cmocka_unit_test(test_targets),
+        cmocka_unit_test(test_hessian),  cmocka_unit_test(test_factor),      cmocka_unit_test(test_count),
+        cmocka_unit_test(test_targets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -245,6 +245,12 @@ static void make_columns(co_newton_system *m) {
         m->weight[m->n_dense++] = m->leaves_motions_out ? (double)INFINITY : m->stiffness;
 }
 
+void co_newton_system_change_gauge(co_newton_system *m, const double *x, co_gauge gauge) {
+    find_motions(m, x, gauge);
+    add_ways(m);
+    make_columns(m);
+}
+
 int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co_second_kind *kind, co_gauge gauge,
                                   curvopt_error *error) {
     co_held_residual residual[CURVOPT_N_SCALARS];
@@ -263,19 +269,11 @@ int32_t co_newton_system_assemble(co_newton_system *m, const double *x, const co
         add_spontaneous(m, &part.added, &more);
     }
     find_gradients(m, x);
-    find_motions(m, x, gauge);
-    add_ways(m);
     wanted.more = &more;
     int32_t status = co_sparse_hessian_assemble(m->assembly, x, &wanted, &m->hessian, error);
     m->stiffness = co_newton_system_mean_diagonal(m);
-    make_columns(m);
+    co_newton_system_change_gauge(m, x, gauge);
     return status;
-}
-
-void co_newton_system_change_gauge(co_newton_system *m, const double *x, co_gauge gauge) {
-    find_motions(m, x, gauge);
-    add_ways(m);
-    make_columns(m);
 }
 
 int32_t co_newton_system_begin_gauss_newton(co_newton_system *m, const double *x, curvopt_error *error) {
