@@ -3,6 +3,7 @@
 #include "check.h"
 
 #include "measure/location.h"
+#include "measure/quadric.h"
 
 enum { ROOM = 1000 };
 
@@ -83,6 +84,71 @@ static void test_contacts(void **state) {
     curvopt_mesh_destroy(mesh);
 }
 
+/* Bicubic pieces of random control points round a bent sheet. */
+static void make_sheet(double bend, double height, double shaken, double part, uint64_t *seed, double out[CO_BEZIER]) {
+    for (int i = 0; i < 16; i++) {
+        const double x = part * (i % 4 - 1.5), y = part * (i / 4 - 1.5);
+        out[3 * i] = x + shaken * (check_random(seed) - 0.5);
+        out[3 * i + 1] = y + 0.2 * x + shaken * (check_random(seed) - 0.5);
+        out[3 * i + 2] = height + bend * (x * x - x * y + 2 * y * y) + shaken * (check_random(seed) - 0.5);
+    }
+}
+
+static double height_over(const co_quadric *q, const double at[3]) {
+    const double d[3] = {at[0] - q->origin[0], at[1] - q->origin[1], at[2] - q->origin[2]};
+    const double x = co_dot3(d, q->axis[0]), y = co_dot3(d, q->axis[1]);
+    return co_dot3(d, q->axis[2]) - (q->c[0] * x * x + q->c[1] * x * y + q->c[2] * y * y);
+}
+
+/* All heights are within range, which is not much more than they take; where the paraboloid osculates they are of third
+ * order: on a part of half the side an eighth. */
+static void test_heights_over_a_paraboloid(void **state) {
+    uint64_t seed = 8;
+    (void)state;
+    for (int k = 0; k < 20; k++) {
+        double range[2], most[2] = {0, 0}, wall[CO_BEZIER], piece[CO_BEZIER];
+        co_quadric q;
+        make_sheet(0.3, 0, 0.3, 0.4, &seed, wall);
+        CHECK_TRUE(co_quadric_at_middle(wall, &q));
+        for (int other = 0; other < 2; other++) {
+            double low = INFINITY, high = -INFINITY;
+            make_sheet(0.3, 0.1, 0.3, 0.4, &seed, piece);
+            co_quadric_heights(&q, other ? piece : wall, range);
+            for (int i = 0; i <= 20; i++)
+                for (int j = 0; j <= 20; j++) {
+                    double at[3];
+                    co_bezier_point(other ? piece : wall, i / 20.0, j / 20.0, at);
+                    const double h = height_over(&q, at);
+                    CHECK_BETWEEN(h, range[0] - 1e-14, range[1] + 1e-14);
+                    low = fmin(low, h);
+                    high = fmax(high, h);
+                }
+            CHECK_TRUE(range[1] - range[0] < 2 * (high - low));
+        }
+        for (int level = 0; level < 2; level++) {
+            const double side[2] = {0.5 - ldexp(0.1, -level), 0.5 + ldexp(0.1, -level)};
+            co_bezier_part(wall, side, side, piece);
+            co_quadric_heights(&q, piece, range);
+            most[level] = fmax(-range[0], range[1]);
+        }
+        CHECK_BETWEEN(most[0] / most[1], 5, 12);
+    }
+    const double flat[CO_BEZIER] = {0};
+    co_quadric none;
+    CHECK_TRUE(!co_quadric_at_middle(flat, &none));
+}
+
+/* Tori one round the other, a hundredth of a face apart: their hulls overlap until parts are small. */
+static void test_sheets_along_each_other_are_told_apart(void **state) {
+    cage both = cage_both(cage_torus(12, 8, 1, 0.4), cage_torus(12, 8, 1, 0.4025), 0);
+    (void)state;
+    curvopt_crossings c = find(&both, 0, NULL);
+    CHECK_INT(c.n_pairs, 0);
+    CHECK_INT(c.n_contacts, 0);
+    CHECK_INT(c.n_unresolved, 0);
+    cage_free(&both);
+}
+
 static void test_refusals(void **state) {
     cage a = cage_cube();
     curvopt_mesh *mesh = cage_mesh(&a);
@@ -121,6 +187,8 @@ int main(void) {
         cmocka_unit_test(test_surface_on_itself_is_contact),
         cmocka_unit_test(test_closed_surfaces_do_not_cross),
         cmocka_unit_test(test_contacts),
+        cmocka_unit_test(test_heights_over_a_paraboloid),
+        cmocka_unit_test(test_sheets_along_each_other_are_told_apart),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_cancelled_is_not_complete),
     };

@@ -4,14 +4,13 @@
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "base/vec3.h"
+#include "measure/quadric.h"
 
 #include <math.h>
 #include <string.h>
 
 enum {
     DEEPEST = 8,       /* parts of 1 / 256 of a piece are not cut */
-    MOST_PAIRS = 800,  /* of parts, for one pair of pieces */
-    FEW_PAIRS = 80,    /* the same in a cursory look */
     ENOUGH_PAIRS = 60, /* where common points were found, but no crossing: surfaces that lie on each other */
     NEWTON_STEPS = 12
 };
@@ -82,6 +81,21 @@ static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_
                                    const co_directions *of_b) {
     return (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
            (of_b->normal.angle < CO_PI && are_apart_along(a, b, of_b->normal.axis));
+}
+
+/* Whether heights over a paraboloid that osculates one of them are apart: sheets that lie along each other. */
+static int are_apart_as_sheets(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
+    for (int k = 0; k < 2; k++) {
+        co_quadric quadric;
+        double of_a[2], of_b[2];
+        if (!co_quadric_at_middle(k ? b : a, &quadric))
+            continue;
+        co_quadric_heights(&quadric, a, of_a);
+        co_quadric_heights(&quadric, b, of_b);
+        if (of_a[0] > of_b[1] || of_b[0] > of_a[1])
+            return 1;
+    }
+    return 0;
 }
 
 static double angle_between(const double a[3], const double b[3]) {
@@ -225,14 +239,13 @@ static int push_children(const task *t, int same, task *stack, int depth) {
     return depth;
 }
 
-co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
+co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b, int most_parts) {
     task stack[16 * (DEEPEST + 1)];
     part of_a = {.bezier = {0}}, of_b = {.bezier = {0}};
     int depth = 1, n_pairs = 0;
     co_crossing worst = CO_CROSSING_NONE, now = CO_CROSSING_NONE;
-    const int most_pairs = s->is_cursory ? FEW_PAIRS : MOST_PAIRS;
     stack[0] = (task){.level = 0};
-    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : most_pairs)) {
+    while (depth && n_pairs++ < (worst == CO_CROSSING_CONTACT ? ENOUGH_PAIRS : most_parts)) {
         const task t = stack[--depth];
         const int same = a == b && t.u[0] == t.u[1] && t.v[0] == t.v[1];
         take_part(s, a, t.u[0], t.v[0], t.level, &of_a);
@@ -249,7 +262,8 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b) {
         }
         if (contact != CO_CONTACT_NONE
                 ? neighbours_are_clear(contact, &directions[0], &directions[1])
-                : are_apart_along_normals(of_a.bezier, of_b.bezier, &directions[0], &directions[1]))
+                : are_apart_along_normals(of_a.bezier, of_b.bezier, &directions[0], &directions[1]) ||
+                      are_apart_as_sheets(of_a.bezier, of_b.bezier))
             continue;
         if (contact == CO_CONTACT_NONE) {
             now = common_point(s, a, b, &of_a, &of_b);

@@ -2,6 +2,7 @@
  *
  * Parts are cut in four until one of these is known:
  *   - The convex hulls of their control nets are apart, along an axis or a mean normal: they do not cross.
+ *   - Their heights over a paraboloid that osculates one of them are apart (quadric.h): sheets along each other.
  *   - They are neighbours, and directions say that they do not cross. Let all derivatives along one parameter be in
  *     cone U and those along the other in cone V, also across a common edge. If no line is parallel to a direction of
  *     each, differences of points, which are positive means of derivatives along a segment of the common parameter
@@ -36,11 +37,14 @@ typedef struct co_crossing_search {
     const co_surface_pieces *pieces;
     const co_directions *directions; /* [n_pieces] */
     const co_box *box;               /* [n_pieces] */
-    int is_cursory;                  /* a look on the way: more pairs are unresolved */
 } co_crossing_search;
 
 co_directions co_directions_of(const double piece[CO_BEZIER]);
+/* Most pairs of parts for one pair of pieces, of which more are unresolved if these are few: thoroughly; on the way;
+ * where pieces round these two were unresolved already, which are cut once. */
+enum { CO_CROSSING_PARTS = 800, CO_CROSSING_FEW_PARTS = 80, CO_CROSSING_FEWEST_PARTS = 17 };
+
 /* Of pieces a and b, which may be the same. */
-co_crossing co_crossing_of(const co_crossing_search *search, int32_t a, int32_t b);
+co_crossing co_crossing_of(const co_crossing_search *search, int32_t a, int32_t b, int most_parts);
 
 #endif

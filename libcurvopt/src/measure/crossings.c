@@ -6,6 +6,10 @@
 
 #include <stdlib.h>
 
+/* Pieces that one thread looks round one after the other; and pairs of these that are too close to tell, after which
+ * the others are cut once: they lie where sheets lie on each other. */
+enum { RUN = 64, ENOUGH_UNRESOLVED = 16 };
+
 typedef struct found {
     co_face_pair *pair;
     size_t n, room;
@@ -49,15 +53,18 @@ static void add_pair(const work *w, int32_t a, int32_t b, co_crossing what, foun
     f->pair[f->n++] = pair;
 }
 
-/* Looks at piece a with itself and with all pieces of larger numbers whose boxes overlap its own. */
-static void look_round(const work *w, int32_t a, found *f) {
+/* Looks at piece a with itself and with all pieces of larger numbers whose boxes overlap its own. *n_unresolved: of the
+ * run's pairs so far. */
+static void look_round(const work *w, int32_t a, int32_t *n_unresolved, found *f) {
     co_box_walk walk;
     int32_t b;
     co_box_walk_begin(&w->tree, &w->search.box[a], &walk);
     while (!co_cancel_is_requested(w->cancel) && (b = co_box_walk_next(&walk)) >= 0) {
         if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
             continue;
-        const co_crossing what = co_crossing_of(&w->search, a, b);
+        const co_crossing what = co_crossing_of(
+            &w->search, a, b, *n_unresolved < ENOUGH_UNRESOLVED ? CO_CROSSING_PARTS : CO_CROSSING_FEWEST_PARTS);
+        *n_unresolved += what == CO_CROSSING_UNRESOLVED;
         if (what != CO_CROSSING_NONE)
             add_pair(w, a, b, what, f);
     }
@@ -65,15 +72,15 @@ static void look_round(const work *w, int32_t a, found *f) {
 
 /* Every n_threads-th run of pieces. */
 static void look(void *context, int32_t thread, int32_t n_threads) {
-    enum { RUN = 64 };
     const work *w = context;
     found *f = &w->of_thread[thread];
     const int32_t n = w->search.pieces->n_pieces, stride = RUN * n_threads;
     for (int32_t begin = RUN * thread; begin < n && !f->failed; begin += stride) {
         if (co_cancel_is_requested(w->cancel))
             return;
+        int32_t n_unresolved = 0;
         for (int32_t a = begin; a < begin + RUN && a < n; a++)
-            look_round(w, a, f);
+            look_round(w, a, &n_unresolved, f);
     }
 }
 
@@ -121,7 +128,7 @@ static void look_near(void *context, int32_t thread, int32_t n_threads) {
                 for (int32_t b = s->first[q]; b < s->first[q + 1]; b++) {
                     if (!co_box_overlap(&w->search.box[a], &w->search.box[b]))
                         continue;
-                    const co_crossing what = co_crossing_of(&w->search, a, b);
+                    const co_crossing what = co_crossing_of(&w->search, a, b, CO_CROSSING_FEW_PARTS);
                     if (what != CO_CROSSING_NONE)
                         add_pair(w, a, b, what, f);
                 }
@@ -166,11 +173,7 @@ int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pie
 
 int32_t co_crossings_find_near(const curvopt_mesh *mesh, const co_near_patches *near, co_thread_pool *pool,
                                co_crossings *out, curvopt_error *error) {
-    work w = {.search = {.mesh = mesh,
-                         .pieces = near->pieces,
-                         .directions = near->directions,
-                         .box = near->box,
-                         .is_cursory = 1},
+    work w = {.search = {.mesh = mesh, .pieces = near->pieces, .directions = near->directions, .box = near->box},
               .near = near};
     *out = (co_crossings){0};
     return run(&w, pool, out, error);
