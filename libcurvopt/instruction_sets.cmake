@@ -3,12 +3,12 @@
 # (src/base/instruction_set.h).
 option(CURVOPT_PORTABLE "Compile for the processor's least instruction set alone" OFF)
 set(CURVOPT_INSTRUCTION_SETS portable)
-set(CURVOPT_DOUBLES_portable 2)
+set(CURVOPT_LANES_portable 2)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CURVOPT_PORTABLE)
   list(APPEND CURVOPT_INSTRUCTION_SETS avx2 avx512)
-  set(CURVOPT_DOUBLES_avx2 4)
+  set(CURVOPT_LANES_avx2 4)
   set(CURVOPT_FLAGS_avx2 -mavx2)
-  set(CURVOPT_DOUBLES_avx512 8)
+  set(CURVOPT_LANES_avx512 8)
   # GCC 12 fuses a*b+c beside d*e-f where it makes vectors of scalars, whatever -ffp-contract says.
   set(CURVOPT_FLAGS_avx512 -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512 -fno-tree-slp-vectorize)
 endif()
@@ -20,7 +20,7 @@ function(curvopt_add_vectors target source)
     set(objects curvopt_${name}_${set})
     add_library(${objects} OBJECT ${source})
     target_include_directories(${objects} PRIVATE ${PROJECT_SOURCE_DIR}/libcurvopt/include ${PROJECT_SOURCE_DIR}/libcurvopt/src)
-    target_compile_definitions(${objects} PRIVATE CO_DOUBLES=${CURVOPT_DOUBLES_${set}} CO_INSTRUCTION_SET=${set})
+    target_compile_definitions(${objects} PRIVATE CO_LANES=${CURVOPT_LANES_${set}} CO_INSTRUCTION_SET=${set})
     target_compile_options(${objects} PRIVATE -O3 -fno-math-errno -Wno-psabi ${CURVOPT_FLAGS_${set}} ${ARGN})
     if(CURVOPT_SANITIZE) # marks of scopes keep local arrays out of registers; bad pointers are the address sanitizer's to see
       target_compile_options(${objects} PRIVATE -fno-sanitize-address-use-after-scope

@@ -96,15 +96,13 @@ static double flops_of(const co_element_block *s) {
     return flops;
 }
 
-static void bench_kernel(const char *name, int is_single, int32_t surface, int32_t valence, int third,
-                         const settings *set) {
-    const co_element_kernel *kernel = co_element_kernel_select(name, is_single);
+static void bench_kernel(const char *name, int32_t surface, int32_t valence, int third, const settings *set) {
+    const co_element_kernel *kernel = co_element_kernel_select(name);
     curvopt_error error;
     co_basis_table *table;
     if (!kernel)
         return;
     must(co_basis_table_create(surface, valence, 1, &table, &error), &error);
-    must(co_basis_table_add_single(table, 1, &error), &error);
     size_t lanes = (size_t)kernel->lanes, n = (size_t)table->n_points;
     double *xyz = calloc(3 * n, sizeof *xyz), *sums = calloc(CO_N_SUMS * CO_BLOCK_FACES, sizeof *sums),
            *gradients = calloc(6 * n * CO_BLOCK_FACES, sizeof *gradients),
@@ -134,11 +132,10 @@ static void bench_kernel(const char *name, int is_single, int32_t surface, int32
         double peak = peak_rate(name), t = time_sweep(kernel, &sweep, set->seconds);
         double again = peak_rate(name), samples = (double)CO_BLOCK_FACES * table->n_samples;
         peak = again > peak ? again : peak;
-        printf(" {\"kind\": \"kernel\", \"kernel\": \"%s\", \"single\": %d, \"surface\": %d, \"valence\": %d, "
-               "\"third\": %d, "
+        printf(" {\"kind\": \"kernel\", \"kernel\": \"%s\", \"surface\": %d, \"valence\": %d, \"third\": %d, "
                "\"gradient\": %d, \"points\": %d, \"samples\": %d, \"ns_per_sample\": %.2f, \"flops\": %.0f, "
                "\"gflops\": %.2f, \"peak_gflops\": %.2f},\n",
-               name, is_single, surface, valence, third, gradient, table->n_points, table->n_samples, 1e9 * t / samples,
+               name, surface, valence, third, gradient, table->n_points, table->n_samples, 1e9 * t / samples,
                flops_of(&sweep), 1e-9 * flops_of(&sweep) * samples / t, 1e-9 * peak);
     }
     co_basis_table_destroy(table);
@@ -314,12 +311,11 @@ int main(int argc, char **argv) {
     }
     printf("[\n");
     for (int k = 0; k < 3; k++)
-        for (int row = 0; row < 4; row++) {
-            const int is_single = row / 2, third = row % 2;
-            bench_kernel(kernels[k], is_single, CURVOPT_SURFACE_LIMIT, 4, third, &set);
+        for (int third = 0; third < 2; third++) {
+            bench_kernel(kernels[k], CURVOPT_SURFACE_LIMIT, 4, third, &set);
             for (int32_t valence = 3; valence <= 6; valence += valence == 3 ? 2 : 1) {
-                bench_kernel(kernels[k], is_single, CURVOPT_SURFACE_POLYNOMIAL, valence, third, &set);
-                bench_kernel(kernels[k], is_single, CURVOPT_SURFACE_PLANE, valence, third, &set);
+                bench_kernel(kernels[k], CURVOPT_SURFACE_POLYNOMIAL, valence, third, &set);
+                bench_kernel(kernels[k], CURVOPT_SURFACE_PLANE, valence, third, &set);
             }
         }
     for (int32_t n_v = 22; 2 * n_v * n_v <= set.largest; n_v = n_v * 1000 / 316) /* 10^3, 10^4, ... faces */

@@ -21,10 +21,8 @@ static inline lane &operator*=(lane &a, lane b) { return a = a * b; }
 
 /* In place of simd.h. */
 #define CO_BASE_SIMD_H
-typedef double real;
 #define CO_SIMD_INLINE static inline
 CO_SIMD_INLINE lane lane_all(double x) { return lane(x); }
-CO_SIMD_INLINE lane lane_scaled(double x, lane y) { return lane(x) * y; }
 CO_SIMD_INLINE lane lane_sqrt(lane x) { return counted++, lane(std::sqrt(x.v)); }
 CO_SIMD_INLINE lane lane_dot(const lane a[3], const lane b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 CO_SIMD_INLINE void lane_cross(const lane a[3], const lane b[3], lane out[3]) {

@@ -79,7 +79,8 @@ static double evaluate(co_assembly *a, int rule, int term, double *share) {
     if (!rules)
         stop("no memory");
     memset(rules, rule, (size_t)a->patches.n_patches);
-    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .kernel = a->kernel, .rule = rules};
+    co_element_batches_spec spec = {
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rules};
     must(co_element_batches_create(&spec, &l, &error), &error);
     must(co_assembly_evaluate_batches(a, &l, third, &values, &error), &error);
     for (int32_t b = 0; b < l.n_blocks; b++)

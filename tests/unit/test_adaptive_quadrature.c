@@ -309,7 +309,7 @@ static void test_blocks_can_be_of_some_patches(void **state) {
     int in_all[MOST] = {0}, in_some[MOST] = {0}, resolved, changed;
     co_element_batches all, some;
     co_element_batches_spec spec = {
-        .patches = &a->patches, .cache = a->cache, .kernel = a->kernel, .rule = rule, .step = 2};
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule, .step = 2};
     curvopt_error error;
     CHECK_BETWEEN(n, 12, MOST);
     resolve(&p, 1e-1, CO_TERMS_OBJECTIVE, &resolved, &changed);

@@ -231,28 +231,6 @@ static void test_cache_builds_a_table_once(void **state) {
     co_basis_table_cache_free(&cache);
 }
 
-static void test_rows_of_single_precision_are_rounded_once(void **state) {
-    (void)state;
-    co_basis_table_cache cache;
-    const co_basis_table *table, *again;
-    curvopt_error error;
-    co_basis_table_cache_create(CURVOPT_SURFACE_LIMIT, &cache);
-    for (int32_t valence = 4; valence < 6; valence++) {
-        CHECK_OK(co_basis_table_cache_get(&cache, valence, 1, &table, &error), &error);
-        CHECK_TRUE(!table->single_rows && !table->single_side);
-        CHECK_OK(co_basis_table_cache_get_single(&cache, valence, 1, &again, &error), &error);
-        CHECK_TRUE(again == table && table->single_rows && (table->single_side != NULL) == (valence == 4));
-        const float *rows = table->single_rows;
-        for (int32_t i = 0; i < table->n_samples * table->n_points * CO_JET; i++)
-            CHECK_TRUE(rows[i] == (float)table->rows[i] || isnan(table->rows[i]));
-        for (int32_t i = 0; i < 16 * table->n_side; i++)
-            CHECK_TRUE(table->single_side[i] == (float)table->side[i]);
-        CHECK_OK(co_basis_table_cache_get_single(&cache, valence, 1, &again, &error), &error);
-        CHECK_TRUE(again->single_rows == rows);
-    }
-    co_basis_table_cache_free(&cache);
-}
-
 /* Rows of any point of a face of a wide disc are those of the table at the table's points; the values, that is, for the
  * table's derivatives are with respect to the characteristic map. */
 static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
@@ -324,7 +302,6 @@ int main(void) {
         cmocka_unit_test(test_point_rows_sum_like_the_tables),
         cmocka_unit_test(test_derivatives_at_the_extraordinary_vertex_do_not_exist),
         cmocka_unit_test(test_cache_builds_a_table_once),
-        cmocka_unit_test(test_rows_of_single_precision_are_rounded_once),
         cmocka_unit_test(test_points_of_wide_discs_are_those_of_the_table),
         cmocka_unit_test(test_points_of_discs_of_width_1),
     };

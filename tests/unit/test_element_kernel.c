@@ -29,7 +29,6 @@ static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *ou
     double xy[2 * (6 * 8 + 1)];
     uint64_t seed = 4711;
     CHECK_OK(co_basis_table_create(surface, valence, rule, &out->table, &error), &error);
-    CHECK_OK(co_basis_table_add_single(out->table, 1, &error), &error);
     CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);
     co_stam_characteristic_map(&disc, xy);
     co_stam_disc_free(&disc);
@@ -131,16 +130,15 @@ static const kind kinds[] = {{CURVOPT_SURFACE_LIMIT, 4, 1, 1}, {CURVOPT_SURFACE_
                              {CURVOPT_SURFACE_PLANE, 7, 0, 1}, {CURVOPT_SURFACE_POLYNOMIAL, 5, 0, 1}};
 enum { N_KINDS = sizeof kinds / sizeof *kinds };
 
-static void check_kernels(const faces *in, int order, int is_single) {
+static void check_kernels(const faces *in, int order) {
     static results portable, other;
     const int n_gradients = order > 1 ? 2 : 1;
-    run_order(co_element_kernel_select("portable", is_single), in, order, n_gradients, 0, &portable);
+    run_order(co_element_kernel_select("portable"), in, order, n_gradients, 0, &portable);
     for (int i = 0; i < N_KERNELS; i++) {
-        const co_element_kernel *kernel = co_element_kernel_select(names[i], is_single);
+        const co_element_kernel *kernel = co_element_kernel_select(names[i]);
         if (!kernel) /* this processor has not got it */
             continue;
         assert_string_equal(kernel->name, names[i]);
-        CHECK_INT(kernel->is_single, is_single);
         run_order(kernel, in, order, n_gradients, 0, &other);
         check_same(&other, &portable);
     }
@@ -151,43 +149,8 @@ static void test_all_kernels_have_the_same_bits(void **state) {
     static faces in;
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
-        for (int is_single = 0; is_single < 2; is_single++) {
-            check_kernels(&in, 1, is_single);
-            check_kernels(&in, kinds[k].third ? 3 : 2, is_single);
-        }
-        co_basis_table_destroy(in.table);
-    }
-}
-
-/* The furthest that numbers are from others, by the largest of these. */
-static double distance(const double *x, const double *from, int n) {
-    double most = 0;
-    for (int i = 0; i < n; i++)
-        most = fmax(most, fabs(x[i] - from[i]));
-    return most / largest(from, n);
-}
-
-/* Seven digits are left of sixteen, of which sums over points lose one or two; not to lose any would be another
- * precision. */
-static void test_single_precision_is_near_double_precision(void **state) {
-    (void)state;
-    static faces in;
-    static results single, twice;
-    for (int k = 0; k < N_KINDS; k++) {
-        double most = 0;
-        make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
-        for (int order = kinds[k].third ? 3 : 2; order > 0; order--) {
-            const int n_gradients = order > 1 ? 2 : 1;
-            run_order(co_element_kernel_select(NULL, 1), &in, order, n_gradients, 0, &single);
-            run_order(co_element_kernel_select(NULL, 0), &in, order, n_gradients, 0, &twice);
-            for (int f = 0; f < N_FACES; f++) {
-                for (int i = 0; i < (order > 1 ? CO_N_SUMS : CO_N_INTEGRALS); i++) /* that alone has no Jacobians */
-                    CHECK_NEAR(single.sums[f][i], twice.sums[f][i], 2e-5 * fabs(twice.sums[f][i]) + 1e-5);
-                most =
-                    fmax(most, distance(&single.gradients[f][0][0][0], &twice.gradients[f][0][0][0], MOST_POINTS * 6));
-            }
-        }
-        CHECK_BETWEEN(most, 1e-8, 2e-5);
+        check_kernels(&in, 1);
+        check_kernels(&in, kinds[k].third ? 3 : 2);
         co_basis_table_destroy(in.table);
     }
 }
@@ -219,8 +182,8 @@ static void test_strips_are_the_samples_by_themselves(void **state) {
         by_itself = in;
         by_itself.table = &table;
         for (int n_gradients = 0; n_gradients <= (order > 1 ? 2 : 1); n_gradients++) {
-            run_order(co_element_kernel_select(NULL, 0), &in, order, n_gradients, 0, &strips);
-            run_order(co_element_kernel_select(NULL, 0), &by_itself, order, n_gradients, 0, &samples);
+            run_order(co_element_kernel_select(NULL), &in, order, n_gradients, 0, &strips);
+            run_order(co_element_kernel_select(NULL), &by_itself, order, n_gradients, 0, &samples);
             check_strips(&strips, &samples, n_gradients);
         }
         co_basis_table_destroy(in.table);
@@ -283,9 +246,9 @@ static void test_second_derivatives_of_all_kernels_have_the_same_bits(void **sta
         for (int way = 0; way < 3; way++) { /* Gauss-Newton, Hessian, lifted Hessian */
             const double *before = way == 2 ? moved.xyz : NULL;
             int32_t n = 3 * in.table->n_points;
-            run_second(co_element_kernel_select("portable", 0), &in, kinds[k].third, way > 0, before, portable);
+            run_second(co_element_kernel_select("portable"), &in, kinds[k].third, way > 0, before, portable);
             for (int i = 0; i < N_KERNELS; i++) {
-                const co_element_kernel *kernel = co_element_kernel_select(names[i], 0);
+                const co_element_kernel *kernel = co_element_kernel_select(names[i]);
                 if (!kernel)
                     continue;
                 run_second(kernel, &in, kinds[k].third, way > 0, before, other);
@@ -308,7 +271,7 @@ static void run_moved(const faces *in, int third, const double *along, double h,
     moved = *in;
     for (size_t i = 0; i < sizeof moved.xyz / sizeof *moved.xyz; i++)
         moved.xyz[i] += h * along[i];
-    run(co_element_kernel_select(NULL, 0), &moved, third, 0, out);
+    run(co_element_kernel_select(NULL), &moved, third, 0, out);
 }
 
 /* Times a vector, the Hessian is the slope of the gradient. Central differences with steps h and 2 h leave h^4. */
@@ -327,7 +290,7 @@ static void test_hessian_is_the_slope_of_the_gradient(void **state) {
             continue;
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
         int32_t n = in.table->n_points;
-        run_second(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 1, NULL, matrix);
+        run_second(co_element_kernel_select(NULL), &in, kinds[k].third, 1, NULL, matrix);
         for (int i = 0; i < 4; i++)
             run_moved(&in, kinds[k].third, along, steps[i], &at[i]);
         for (int f = 0; f < N_FACES; f++) {
@@ -356,8 +319,8 @@ static void test_gauss_newton_residuals_add_up_to_the_integrand(void **state) {
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
         const int32_t n = 3 * in.table->n_points;
-        run_second(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 0, NULL, matrix);
-        run(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 0, &at);
+        run_second(co_element_kernel_select(NULL), &in, kinds[k].third, 0, NULL, matrix);
+        run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &at);
         for (int f = 0; f < N_FACES; f++) {
             const double *sum = at.sums[f], *x = in.xyz + n * f;
             const double third = kinds[k].third ? 0.5 * sum[CO_INT_F1] + 0.7 * sum[CO_INT_F3] + 0.4 * sum[CO_INT_X] : 0;
@@ -382,7 +345,7 @@ static void test_padding_lanes_do_not_matter(void **state) {
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
         for (int i = 0; i < N_KERNELS; i++) {
-            const co_element_kernel *kernel = co_element_kernel_select(names[i], 0);
+            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
             if (!kernel)
                 continue;
             CHECK_TRUE(N_FACES % kernel->lanes != 0); /* so that there is padding */
@@ -401,7 +364,7 @@ static void test_gradient_is_the_slope_of_the_sums(void **state) {
     const double h = 1e-4;
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
-        run(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 0, &at);
+        run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &at);
         for (int i = 0; i < 9; i++) {
             int32_t point = i * 7 % in.table->n_points;
             double scale = largest(&at.gradients[3][0][0][0], MOST_POINTS * 6);
@@ -410,9 +373,9 @@ static void test_gradient_is_the_slope_of_the_sums(void **state) {
                 [CO_INT_AREA] = 0.2, [CO_INT_H2] = 0.3,   [CO_INT_F1] = 0.5,     [CO_INT_F3] = 0.7,
                 [CO_INT_X] = 0.4,    [CO_INT_MEAN] = 0.1, [CO_INT_VOLUME] = 0.05};
             *x += h;
-            run(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 0, &plus);
+            run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &plus);
             *x -= 2 * h;
-            run(co_element_kernel_select(NULL, 0), &in, kinds[k].third, 0, &minus);
+            run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &minus);
             *x += h;
             for (int s = 0; s < CO_N_INTEGRALS; s++)
                 slope[0] += weight[s] * (plus.sums[3][s] - minus.sums[3][s]) / (2 * h);
@@ -504,7 +467,7 @@ static void test_jumps_at_umbilics_are_their_definition(void **state) {
         put_cubic(&cubics[k], t, xyz);
         const double wanted = jump_of_cubic(&cubics[k], t, xyz);
         for (int i = 0; i < N_KERNELS; i++) {
-            const co_element_kernel *kernel = co_element_kernel_select(names[i], 0);
+            const co_element_kernel *kernel = co_element_kernel_select(names[i]);
             if (!kernel)
                 continue;
             CHECK_NEAR(jump_by(kernel, t, xyz, cubics[k].eps, 1, 0), wanted, 1e-6 * wanted);
@@ -521,16 +484,15 @@ static void test_jumps_at_umbilics_are_their_definition(void **state) {
 
 static void test_unknown_kernel_is_not_found(void **state) {
     (void)state;
-    CHECK_TRUE(co_element_kernel_select("abacus", 0) == NULL);
-    CHECK_TRUE(co_element_kernel_select("portable", 0) != NULL);
-    CHECK_TRUE(co_element_kernel_select(NULL, 0) != NULL);
-    CHECK_BETWEEN(co_element_kernel_select(NULL, 0)->lanes, 1, CO_BLOCK_FACES);
+    CHECK_TRUE(co_element_kernel_select("abacus") == NULL);
+    CHECK_TRUE(co_element_kernel_select("portable") != NULL);
+    CHECK_TRUE(co_element_kernel_select(NULL) != NULL);
+    CHECK_BETWEEN(co_element_kernel_select(NULL)->lanes, 1, CO_BLOCK_FACES);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_kernels_have_the_same_bits),
-        cmocka_unit_test(test_single_precision_is_near_double_precision),
         cmocka_unit_test(test_strips_are_the_samples_by_themselves),
         cmocka_unit_test(test_second_derivatives_of_all_kernels_have_the_same_bits),
         cmocka_unit_test(test_hessian_is_the_slope_of_the_gradient),

@@ -158,56 +158,12 @@ static void test_what_was_cancelled_is_evaluated_again(void **state) {
     problem_free(p);
 }
 
-/* In single precision sums are others, by a little; in double precision they are again what they were. */
-static void test_each_precision_has_its_own_sums(void **state) {
-    (void)state;
-    problem *p = problem_of(CURVOPT_TERM_MVS);
-    co_assembly *a = p->assembly;
-    curvopt_error error;
-    const co_values first = evaluate(p, 0);
-    for (int round = 0; round < 2; round++) {
-        CHECK_OK(co_assembly_set_precision(a, 1, &error), &error);
-        CHECK_INT(a->batches.n_known, 0);
-        const co_values rough = evaluate(p, 0);
-        CHECK_TRUE(rough.objective != first.objective && a->values_kernel->is_single);
-        CHECK_NEAR(rough.objective, first.objective, 1e-5 * first.objective);
-        CHECK_NEAR(rough.min_jacobian, first.min_jacobian, 1e-5);
-        CHECK_OK(co_assembly_set_precision(a, 0, &error), &error);
-        CHECK_INT(a->batches.n_known, 0);
-        const co_values again = evaluate(p, 0);
-        check_same(&first, &again);
-    }
-    problem_free(p);
-}
-
-/* Where a table would have to be made precision stays what it is, and so does what is evaluated. */
-static void test_precision_stays_where_its_change_is_cancelled(void **state) {
-    (void)state;
-    problem *p = problem_of(CURVOPT_TERM_MVS);
-    co_assembly *a = p->assembly;
-    curvopt_error error;
-    const co_values first = evaluate(p, 0);
-    a->rule[0]++;
-    curvopt_cancel_request(p->flag);
-    CHECK_INT(co_assembly_set_precision(a, 1, &error), CO_CANCELLED);
-    atomic_store(&p->flag->requested, 0);
-    CHECK_TRUE(!a->values_kernel->is_single);
-    const co_values again = evaluate(p, 0);
-    check_same(&first, &again);
-    CHECK_OK(co_assembly_set_precision(a, 1, &error), &error);
-    const co_values rough = evaluate(p, 0);
-    CHECK_TRUE(a->values_kernel->is_single && isfinite(rough.objective));
-    problem_free(p);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_figures_are_those_of_a_fresh_evaluation),
         cmocka_unit_test(test_sums_outlive_their_batches),
         cmocka_unit_test(test_other_positions_are_evaluated),
         cmocka_unit_test(test_what_was_cancelled_is_evaluated_again),
-        cmocka_unit_test(test_each_precision_has_its_own_sums),
-        cmocka_unit_test(test_precision_stays_where_its_change_is_cancelled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

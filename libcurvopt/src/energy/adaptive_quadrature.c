@@ -122,7 +122,7 @@ void co_adaptive_quadrature_by_face(const co_assembly *a, int32_t n_faces, doubl
 int32_t co_adaptive_quadrature_evaluate_finer(co_assembly *a, int third, co_values *values, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     co_element_batches_spec spec = {
-        .patches = &a->patches, .cache = a->cache, .kernel = a->values_kernel, .rule = a->rule, .step = 1};
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = a->rule, .step = 1};
     if (!a->finer_batches.n_blocks)
         status = co_element_batches_create(&spec, &a->finer_batches, error);
     if (status == CURVOPT_OK)
@@ -311,7 +311,7 @@ static int32_t update_finest(co_assembly *a, curvopt_error *error) {
     const size_t n = (size_t)a->patches.n_patches;
     const co_element_batches_spec spec = {.patches = &a->patches,
                                           .cache = a->cache,
-                                          .kernel = a->values_kernel,
+                                          .lanes = a->kernel->lanes,
                                           .rule = a->rule,
                                           .only = e->in_finest,
                                           .step = 2};
@@ -467,7 +467,7 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *ch
     int third = a->functional.has_third;
     co_element_batches coarser;
     co_element_batches_spec spec = {
-        .patches = &a->patches, .cache = a->cache, .kernel = a->values_kernel, .rule = a->rule, .step = -1};
+        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = a->rule, .step = -1};
     co_values values;
     *changed = 0;
     if (isinf(tolerance)) /* rules that nothing checks stay as they are */

@@ -37,7 +37,7 @@ static int32_t ensure_work(co_assembly *a, const co_element_batches *l, curvopt_
 int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
     co_element_batches_spec spec = {.patches = &a->patches,
                                     .cache = a->cache,
-                                    .kernel = a->values_kernel,
+                                    .lanes = a->kernel->lanes,
                                     .rule = a->rule,
                                     .gradients = 1 + needs_area_gradient(a)};
     int32_t status = co_element_batches_make_tables(&spec, error);
@@ -138,7 +138,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co
     a->functional = co_functional_of_weights(options->weights);
     memcpy(a->weights, options->weights, sizeof a->weights);
     a->spontaneous = co_spontaneous_curvature_of(options->weights, options->spontaneous_curvature);
-    a->kernel = a->values_kernel = co_element_kernel_select(NULL, 0);
+    a->kernel = co_element_kernel_select(NULL);
     a->is_closed = mesh->info.n_boundary_edges == 0;
     a->measures_volume = a->is_closed && options->spontaneous_curvature != 0; /* its sign is the orientation */
     int32_t status = take_threads(a, options, tables, error);
@@ -290,7 +290,7 @@ static void run_block(co_assembly *a, const co_element_batches *l, int32_t b, co
                                 .sums = co_element_batches_sums(l, b, 0),
                                 .gradients = gradients,
                                 .work = work};
-    a->values_kernel->run(&element);
+    a->kernel->run(&element);
     if (a->weight)
         weigh_block(a, l, b, gradients, area);
 }
@@ -561,18 +561,6 @@ int32_t co_assembly_evaluate_batches(co_assembly *a, co_element_batches *l, int 
     run_blocks(a, l, &a->functional.second, third, NO_VOLUME, 0);
     total(a, l, out);
     return co_cancel_is_due(a->cancel) ? CO_CANCELLED : CURVOPT_OK;
-}
-
-int32_t co_assembly_set_precision(co_assembly *a, int is_single, curvopt_error *error) {
-    const co_element_kernel *before = a->values_kernel;
-    if (before->is_single == is_single)
-        return CURVOPT_OK;
-    a->values_kernel = is_single ? co_element_kernel_select(NULL, 1) : a->kernel;
-    a->placement++; /* nothing that is known is known so precisely, or in the same digits */
-    const int32_t status = co_assembly_update_batches(a, error);
-    if (status == CO_CANCELLED) /* batches are those of before */
-        a->values_kernel = before;
-    return status;
 }
 
 double co_assembly_turning(const co_assembly *a) {

@@ -29,12 +29,11 @@ enum { CO_FINEST_RULE = CO_LADDER_RULES - 2 };
 
 typedef struct co_assembly {
     co_patches patches;
-    co_basis_table_cache *cache;            /* tables in use: the caller's, or own_cache */
-    co_basis_table_cache own_cache;         /* tables of this assembly alone; empty where the caller has some */
-    const co_element_kernel *kernel;        /* of second derivatives: in double precision */
-    const co_element_kernel *values_kernel; /* of values and gradients */
-    const co_tuning *tuning;                /* those of runs until replaced */
-    co_cancel *cancel;                      /* the cache's: ends evaluations, whose values are then NAN */
+    co_basis_table_cache *cache;    /* tables in use: the caller's, or own_cache */
+    co_basis_table_cache own_cache; /* tables of this assembly alone; empty where the caller has some */
+    const co_element_kernel *kernel;
+    const co_tuning *tuning; /* those of runs until replaced */
+    co_cancel *cancel;       /* the cache's: ends evaluations, whose values are then NAN */
     co_functional functional;
     double weights[CURVOPT_N_TERMS];      /* the functional's */
     co_spontaneous_curvature spontaneous; /* what it adds is in every objective; lengths as they are until replaced */
@@ -104,10 +103,6 @@ void co_assembly_free(co_assembly *assembly);
 
 /* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
-
-/* Evaluates values and gradients in single precision from then on, or in double precision, which is that of the
- * beginning. Sums over patches are of doubles in either. ERROR_MEMORY, CO_CANCELLED. */
-int32_t co_assembly_set_precision(co_assembly *assembly, int is_single, curvopt_error *error);
 
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
  * component along translations and, without spontaneous curvature, scaling. Never fails; a surface that degenerates

@@ -69,9 +69,7 @@ static void sort_into_bins(const co_element_batches_spec *s, sorted_patches *d) 
 
 static int32_t table_of(const co_element_batches_spec *s, int32_t bin, const co_basis_table **table,
                         curvopt_error *error) {
-    const int32_t kind = s->patches->kinds[bin / CO_N_RULES], rule = bin % CO_N_RULES;
-    return s->kernel->is_single ? co_basis_table_cache_get_single(s->cache, kind, rule, table, error)
-                                : co_basis_table_cache_get(s->cache, kind, rule, table, error);
+    return co_basis_table_cache_get(s->cache, s->patches->kinds[bin / CO_N_RULES], bin % CO_N_RULES, table, error);
 }
 
 int32_t co_element_batches_make_tables(const co_element_batches_spec *s, curvopt_error *error) {
@@ -186,16 +184,13 @@ static void add_block(const co_patches *patches, const co_basis_table *table, in
     at->block++;
 }
 
-static int32_t add_mixed(const co_element_batches_spec *s, const co_basis_table **tables, int32_t rule,
-                         const int32_t *order, int32_t n_used, co_element_batches *l, place *at, curvopt_error *error) {
+static int32_t add_mixed(const co_patches *patches, const co_basis_table **tables, int32_t rule, const int32_t *order,
+                         int32_t n_used, co_element_batches *l, place *at, curvopt_error *error) {
     for (int32_t k = n_used; k < CO_BLOCK_FACES; k++)
         tables[k] = tables[0];
-    co_basis_table **mixed = &l->mixed[at->mixed];
-    int32_t status = co_basis_table_mix(tables, CO_BLOCK_FACES, l->lanes, mixed, error);
-    if (status == CURVOPT_OK && s->kernel->is_single)
-        status = co_basis_table_add_single(*mixed, CO_BLOCK_FACES, error);
+    int32_t status = co_basis_table_mix(tables, CO_BLOCK_FACES, l->lanes, &l->mixed[at->mixed], error);
     if (status == CURVOPT_OK)
-        add_block(s->patches, l->mixed[at->mixed++], rule, order, n_used, l, at);
+        add_block(patches, l->mixed[at->mixed++], rule, order, n_used, l, at);
     return status;
 }
 
@@ -209,11 +204,11 @@ static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches
             order[n] = d->order[i];
             status = table_of(s, k, &tables[n++], error);
             if (status == CURVOPT_OK && n == CO_BLOCK_FACES) {
-                status = add_mixed(s, tables, rule, order, n, l, at, error);
+                status = add_mixed(s->patches, tables, rule, order, n, l, at, error);
                 n = 0;
             }
         }
-    return status == CURVOPT_OK && n ? add_mixed(s, tables, rule, order, n, l, at, error) : status;
+    return status == CURVOPT_OK && n ? add_mixed(s->patches, tables, rule, order, n, l, at, error) : status;
 }
 
 static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patches *d, co_element_batches *l,
@@ -372,7 +367,7 @@ int32_t co_element_batches_create(const co_element_batches_spec *spec, co_elemen
                         .start = CO_NEW(int32_t, n_bins + 1),
                         .order = CO_NEW(int32_t, spec->patches->n_patches),
                         .whole = CO_NEW(int32_t, n_bins)};
-    *l = (co_element_batches){.lanes = spec->kernel->lanes};
+    *l = (co_element_batches){.lanes = spec->lanes};
     int32_t status = d.start && d.order && d.whole ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         sort_into_bins(spec, &d);

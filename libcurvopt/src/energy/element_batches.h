@@ -71,12 +71,12 @@ typedef struct co_element_batches {
 /* Input of co_element_batches_create(). */
 typedef struct co_element_batches_spec {
     const co_patches *patches;
-    co_basis_table_cache *cache;     /* tables are taken from here, and made here */
-    const co_element_kernel *kernel; /* its lanes and precision */
-    const uint8_t *rule;             /* [n_patches] */
-    const uint8_t *only;             /* [n_patches] whether a patch is in a block; NULL: all are */
-    int step;                        /* added to every patch's rule; the result is at least 0, the coarsest */
-    int gradients;                   /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
+    co_basis_table_cache *cache; /* tables are taken from here, and made here */
+    int32_t lanes;               /* lanes of the kernel */
+    const uint8_t *rule;         /* [n_patches] */
+    const uint8_t *only;         /* [n_patches] whether a patch is in a block; NULL: all are */
+    int step;                    /* added to every patch's rule; the result is at least 0, the coarsest */
+    int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
 } co_element_batches_spec;
 
 /* Makes the tables that co_element_batches_create() would have to make. ERROR_MEMORY, CO_CANCELLED. */

@@ -6,13 +6,11 @@
 #include <string.h>
 
 CO_DECLARE_SETS(co_element_kernel, co_element_kernel);
-CO_DECLARE_SETS(co_element_kernel, co_element_kernel_single);
 
-const co_element_kernel *co_element_kernel_select(const char *wanted, int is_single) {
-    static const co_element_kernel *const kernels[2][CO_N_INSTRUCTION_SETS] = {
-        CO_OBJECTS_OF_SETS(co_element_kernel), CO_OBJECTS_OF_SETS(co_element_kernel_single)};
+const co_element_kernel *co_element_kernel_select(const char *wanted) {
+    static const co_element_kernel *const kernels[CO_N_INSTRUCTION_SETS] = CO_OBJECTS_OF_SETS(co_element_kernel);
     for (int set = CO_N_INSTRUCTION_SETS - 1; set >= 0; set--)
-        if (co_has_instruction_set(set) && (!wanted || strcmp(wanted, kernels[is_single][set]->name) == 0))
-            return kernels[is_single][set];
+        if (co_has_instruction_set(set) && (!wanted || strcmp(wanted, kernels[set]->name) == 0))
+            return kernels[set];
     return NULL;
 }

@@ -64,7 +64,7 @@ CO_SIMD_INLINE void forward_second(lane S[CO_JET][3], sample_state *m, sample_va
     to_frame_second(m, m->L, m->h);
     out->h2 = m->h[0] * m->h[0] + (2 * m->h[1] * m->h[1] + m->h[2] * m->h[2]);
     out->gauss = m->h[0] * m->h[2] - m->h[1] * m->h[1];
-    out->mean = (real)-0.5 * (m->h[0] + m->h[2]);
+    out->mean = -0.5 * (m->h[0] + m->h[2]);
 }
 
 /* C = grad h: its Fourier coefficients. After forward_second. */
@@ -112,7 +112,7 @@ CO_SIMD_INLINE deviator deviator_of(const sample_state *m) {
 }
 
 /* |F1|^2, |F3|^2 and X from C and the second fundamental form. */
-CO_SIMD_INLINE void forward_invariants(const sample_state *m, real eps4, sample_values *out) {
+CO_SIMD_INLINE void forward_invariants(const sample_state *m, double eps4, sample_values *out) {
     const deviator d = deviator_of(m);
     const lane square = d.square;
     out->f1 = m->A1 * m->A1 + m->B1 * m->B1;
@@ -153,12 +153,12 @@ CO_SIMD_INLINE void from_frame_third(const sample_state *m, const lane Y[4], con
 }
 
 /* Adjoint of the invariants with respect to C (C_bar) and the second fundamental form (added to h_bar). */
-CO_SIMD_INLINE void adjoint_invariants(const sample_state *m, const co_integrand *w, real eps4, lane seed,
+CO_SIMD_INLINE void adjoint_invariants(const sample_state *m, const co_integrand *w, double eps4, lane seed,
                                        lane C_bar[4], lane h_bar[3]) {
     const deviator d = deviator_of(m);
-    const lane square = d.square, inv = 1.0 / (square * square + eps4), x_weight = lane_scaled(w->x, seed);
+    const lane square = d.square, inv = 1.0 / (square * square + eps4), x_weight = w->x * seed;
     const lane x_seed = x_weight * inv * square, re_bar = d.q_re * x_seed, im_bar = d.q_im * x_seed;
-    const lane f1_seed = lane_scaled(2 * w->f1, seed), f3_seed = lane_scaled(2 * w->f3, seed);
+    const lane f1_seed = 2 * w->f1 * seed, f3_seed = 2 * w->f3 * seed;
     lane A1 = f1_seed * m->A1 + (re_bar * m->A3 + im_bar * m->B3);
     lane B1 = f1_seed * m->B1 + (im_bar * m->A3 - re_bar * m->B3);
     lane A3 = f3_seed * m->A3 + (re_bar * m->A1 + im_bar * m->B1);
@@ -242,10 +242,9 @@ CO_SIMD_INLINE void adjoint_forms(lane S[CO_JET][3], const sample_state *m, int 
 }
 
 /* S_bar [1..9]: adjoint of weight * J * integrand + area_weight * J; `density` is the integrand's value. */
-CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, real eps4,
-                                   int third, real weight, real area_weight, lane density, lane S_bar[CO_JET][3]) {
-    const lane seed = weight * m->J, h2 = lane_scaled(2 * w->h2, seed), gauss = lane_scaled(w->gauss, seed),
-               mean = lane_scaled(0.5 * w->mean, seed);
+CO_SIMD_INLINE void adjoint_sample(lane S[CO_JET][3], const sample_state *m, const co_integrand *w, double eps4,
+                                   int third, double weight, double area_weight, lane density, lane S_bar[CO_JET][3]) {
+    const lane seed = weight * m->J, h2 = 2 * w->h2 * seed, gauss = w->gauss * seed, mean = 0.5 * w->mean * seed;
     lane C_bar[4];
     lane h_bar[3] = {h2 * m->h[0] + (gauss * m->h[2] - mean), /* of h2, of K = h11 h22 - h12^2, of H */
                      2 * (h2 - gauss) * m->h[1], h2 * m->h[2] + (gauss * m->h[0] - mean)};

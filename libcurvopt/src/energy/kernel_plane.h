@@ -21,7 +21,7 @@ CO_SIMD_INLINE void plane_begin(const co_basis_table *t, lane (*P)[3], plane_sta
     memset(sums, 0, sizeof sums);
     for (int i = 0; i < 3; i++)
         for (int32_t p = 0; p < t->n_points; p++)
-            lane_add_scaled(sums[i], lane_all((real)t->masks[i * t->n_points + p]), P[p]);
+            lane_add_scaled(sums[i], lane_all(t->masks[i * t->n_points + p]), P[p]);
     memcpy(m->V, sums[0], sizeof m->V);
     memcpy(m->tangent, sums[1], sizeof m->tangent);
     memset(m->V_bar, 0, sizeof m->V_bar);
@@ -44,7 +44,7 @@ CO_SIMD_INLINE void plane_end(const co_basis_table *t, const plane_state *m, lan
     lane_cross(normal_bar, m->tangent[0], bar[2]);
     for (int i = 0; i < 3; i++)
         for (int32_t p = 0; p < t->n_points; p++)
-            lane_add_scaled(G[p], lane_all((real)t->masks[i * t->n_points + p]), bar[i]);
+            lane_add_scaled(G[p], lane_all(t->masks[i * t->n_points + p]), bar[i]);
 }
 
 /* Binomials of Leibniz' rule. */
@@ -58,7 +58,7 @@ CO_SIMD_INLINE void leibniz(const double w[CO_JET], int transposed, const lane i
         for (int i = 0; i <= co_jet_order_u[k]; i++)
             for (int j = 0; j <= co_jet_order_v[k]; j++) {
                 int from = co_jet_index(i, j), with = co_jet_index(co_jet_order_u[k] - i, co_jet_order_v[k] - j);
-                const real factor = (real)(binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with]);
+                double factor = binomial[co_jet_order_u[k]][i] * binomial[co_jet_order_v[k]][j] * w[with];
                 if (transposed)
                     out[from] += factor * in[k];
                 else

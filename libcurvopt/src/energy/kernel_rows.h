@@ -7,32 +7,17 @@
 #include "base/simd.h"
 #include "surface/basis_table.h"
 
-/* A table's rows and shape functions in the precision of the lanes. */
-CO_SIMD_INLINE const real *rows_of_table(const co_basis_table *t) {
-#ifdef CO_SINGLE
-    return t->single_rows;
-#else
-    return t->rows;
-#endif
-}
-CO_SIMD_INLINE const real *side_of_table(const co_basis_table *t) {
-#ifdef CO_SINGLE
-    return t->single_side;
-#else
-    return t->side;
-#endif
-}
 /* Where a sample's rows begin. */
-CO_SIMD_INLINE const real *rows_of(const co_basis_table *t, int32_t sample) {
-    return rows_of_table(t) + (size_t)sample * (size_t)t->n_points * CO_JET * (t->is_mixed ? CO_LANES : 1);
+CO_SIMD_INLINE const double *rows_of(const co_basis_table *t, int32_t sample) {
+    return t->rows + (size_t)sample * (size_t)t->n_points * CO_JET * (t->is_mixed ? CO_LANES : 1);
 }
 /* Entry i of some rows; mixed: of co_basis_table. */
-CO_SIMD_INLINE lane entry(const real *rows, int mixed, int32_t i) {
+CO_SIMD_INLINE lane entry(const double *rows, int mixed, int32_t i) {
     return mixed ? ((const lane *)(const void *)rows)[i] : lane_all(rows[i]);
 }
 
 /* Some rows from entry i on. */
-CO_SIMD_INLINE const real *entries(const real *rows, int mixed, int32_t i) {
+CO_SIMD_INLINE const double *entries(const double *rows, int mixed, int32_t i) {
     return rows + (mixed ? CO_LANES : 1) * i;
 }
 
@@ -43,14 +28,14 @@ CO_SIMD_INLINE void gather(int32_t n, const int32_t *points, const double *xyz, 
         for (int32_t p = 0; p < n; p++) {
             const double *x = xyz + 3 * (size_t)points[p * CO_LANES + l];
             for (int c = 0; c < 3; c++)
-                P[p][c][l] = (real)(x[c] - origin[c]);
+                P[p][c][l] = x[c] - origin[c];
         }
     }
 }
 
 /* Derivatives that are summed together. Each entry of the rows is read once for three coordinates, and sums stay in
  * registers: as many as fit. Whatever the number is, all is added in the order of points, or of derivatives. */
-#if defined(__AVX512F__) || defined(__aarch64__) /* 32 registers */
+#if CO_LANES == 8 || defined(__aarch64__) /* 32 registers */
 enum { JETS_TOGETHER = 5 };
 #else /* 16 */
 enum { JETS_TOGETHER = 3 };
@@ -62,7 +47,7 @@ CO_SIMD_INLINE int jets_from(int k, int last) {
 }
 
 /* S [0..n - 1] from the rows' entries for these. `mixed` and n are constants where this is called. */
-CO_SIMD_INLINE void sum_some_rows(const real *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+CO_SIMD_INLINE void sum_some_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
     lane sum[JETS_TOGETHER][3];
     for (int k = 0; k < n; k++)
         for (int c = 0; c < 3; c++)
@@ -77,7 +62,7 @@ CO_SIMD_INLINE void sum_some_rows(const real *rows, int mixed, int32_t n_points,
 }
 
 /* n is a constant where this is called. */
-CO_SIMD_INLINE void sum_rows_of(const real *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
+CO_SIMD_INLINE void sum_rows_of(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n, lane (*S)[3]) {
     if (mixed)
         sum_some_rows(rows, 1, n_points, P, n, S);
     else
@@ -86,7 +71,7 @@ CO_SIMD_INLINE void sum_rows_of(const real *rows, int mixed, int32_t n_points, l
 
 /* Not inlined: loops then have all registers. Inlined they share them with what surrounds them, which gets slower, too
  * (libcurvopt/notes/94-where-the-time-goes.md). */
-__attribute__((noinline)) static void sum_rows(const real *rows, int mixed, int32_t n_points, lane (*P)[3], int n,
+__attribute__((noinline)) static void sum_rows(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int n,
                                                lane (*S)[3]) {
     if (n == 1)
         sum_rows_of(rows, mixed, n_points, P, 1, S);
@@ -101,7 +86,7 @@ __attribute__((noinline)) static void sum_rows(const real *rows, int mixed, int3
 }
 
 /* S [first..last] of one sample from its rows. */
-CO_SIMD_INLINE void jets(const real *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
+CO_SIMD_INLINE void jets(const double *rows, int mixed, int32_t n_points, lane (*P)[3], int first, int last,
                          lane S[CO_JET][3]) {
     for (int k = first; k <= last; k += JETS_TOGETHER)
         sum_rows(entries(rows, mixed, k), mixed, n_points, P, jets_from(k, last), S + k);
@@ -118,13 +103,13 @@ CO_SIMD_INLINE void add_entry(lane r, const vector *bar, vector *sum) {
 }
 
 /* The transpose of sum_some_rows(): G becomes rows^T S_bar, or that much more. `mixed`, n and `more` are constants. */
-CO_SIMD_INLINE void transpose_some_rows(const real *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+CO_SIMD_INLINE void transpose_some_rows(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
                                         int more, vector *G) {
     const vector bar0 = S_bar[0], bar1 = S_bar[n > 1 ? 1 : 0], bar2 = S_bar[n > 2 ? 2 : 0], bar3 = S_bar[n > 3 ? 3 : 0],
                  bar4 = S_bar[n > 4 ? 4 : 0];
     for (int32_t p = 0; p < n_points; p++) {
         vector sum = more ? G[p] : (vector){{lane_all(0), lane_all(0), lane_all(0)}};
-        const real *row = entries(rows, mixed, p * CO_JET);
+        const double *row = entries(rows, mixed, p * CO_JET);
         add_entry(entry(row, mixed, 0), &bar0, &sum);
         if (n > 1)
             add_entry(entry(row, mixed, 1), &bar1, &sum);
@@ -139,7 +124,7 @@ CO_SIMD_INLINE void transpose_some_rows(const real *rows, int mixed, int32_t n_p
 }
 
 /* n is a constant where this is called. */
-CO_SIMD_INLINE void transpose_rows_of(const real *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
+CO_SIMD_INLINE void transpose_rows_of(const double *rows, int mixed, int32_t n_points, const vector *S_bar, int n,
                                       int more, vector *G) {
     if (mixed && more)
         transpose_some_rows(rows, 1, n_points, S_bar, n, 1, G);
@@ -152,7 +137,7 @@ CO_SIMD_INLINE void transpose_rows_of(const real *rows, int mixed, int32_t n_poi
 }
 
 /* Not inlined, as sum_rows(). */
-__attribute__((noinline)) static void transpose_rows(const real *rows, int mixed, int32_t n_points, lane (*S_bar)[3],
+__attribute__((noinline)) static void transpose_rows(const double *rows, int mixed, int32_t n_points, lane (*S_bar)[3],
                                                      int n, int more, lane (*G)[3]) {
     const vector *bar = (const vector *)(const void *)S_bar;
     vector *to = (vector *)(void *)G;
@@ -169,7 +154,7 @@ __attribute__((noinline)) static void transpose_rows(const real *rows, int mixed
 }
 
 /* The transpose of jets(): G becomes rows^T S_bar, or that much more. */
-CO_SIMD_INLINE void transpose_jets(const real *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
+CO_SIMD_INLINE void transpose_jets(const double *rows, int mixed, int32_t n_points, lane S_bar[CO_JET][3], int first,
                                    int last, int more, lane (*G)[3]) {
     for (int k = first; k <= last; k += JETS_TOGETHER)
         transpose_rows(entries(rows, mixed, k), mixed, n_points, S_bar + k, jets_from(k, last), more || k > first, G);

@@ -14,7 +14,7 @@
 typedef lane strip[4][4][3];
 
 /* The points summed along v, with derivatives of up to `order`; along_v: side [j] of the table. */
-CO_SIMD_INLINE void strip_begin(const real *along_v, int order, lane (*P)[3], strip out) {
+CO_SIMD_INLINE void strip_begin(const double *along_v, int order, lane (*P)[3], strip out) {
     for (int i = 0; i < 4; i++)
         for (int c = 0; c < 3; c++)
             for (int b = 0; b <= order; b++) {
@@ -26,7 +26,7 @@ CO_SIMD_INLINE void strip_begin(const real *along_v, int order, lane (*P)[3], st
 }
 
 /* The transpose of strip_begin(), added to G. */
-CO_SIMD_INLINE void strip_end(const real *along_v, int order, strip bar, lane (*G)[3]) {
+CO_SIMD_INLINE void strip_end(const double *along_v, int order, strip bar, lane (*G)[3]) {
     for (int i = 0; i < 4; i++)
         for (int c = 0; c < 3; c++)
             for (int j = 0; j < 4; j++) {
@@ -38,7 +38,7 @@ CO_SIMD_INLINE void strip_end(const real *along_v, int order, strip bar, lane (*
 }
 
 /* Those of S [first..last] with derivative b along v, of a sample. */
-CO_SIMD_INLINE void strip_jets_of(const real *along_u, int b, lane (*m)[3], int first, int last, lane S[CO_JET][3]) {
+CO_SIMD_INLINE void strip_jets_of(const double *along_u, int b, lane (*m)[3], int first, int last, lane S[CO_JET][3]) {
     for (int a = 0; a + b < 4; a++) {
         const int k = co_jet_index(a, b);
         if (k < first || k > last)
@@ -51,7 +51,7 @@ CO_SIMD_INLINE void strip_jets_of(const real *along_u, int b, lane (*m)[3], int 
 
 /* S [first..last] of a sample; along_u: side [i] of the table. `first` and `last` are constants where this is called.
  */
-CO_SIMD_INLINE void strip_jets(const real *along_u, strip m, int first, int last, lane S[CO_JET][3]) {
+CO_SIMD_INLINE void strip_jets(const double *along_u, strip m, int first, int last, lane S[CO_JET][3]) {
     strip_jets_of(along_u, 0, m[0], first, last, S);
     strip_jets_of(along_u, 1, m[1], first, last, S);
     strip_jets_of(along_u, 2, m[2], first, last, S);
@@ -59,7 +59,7 @@ CO_SIMD_INLINE void strip_jets(const real *along_u, strip m, int first, int last
 }
 
 /* The transpose of strip_jets_of(), added to the adjoints of its points. */
-CO_SIMD_INLINE void strip_scatter_of(const real *along_u, int b, lane S_bar[CO_JET][3], int first, int last,
+CO_SIMD_INLINE void strip_scatter_of(const double *along_u, int b, lane S_bar[CO_JET][3], int first, int last,
                                      lane (*bar)[3]) {
     for (int i = 0; i < 4; i++)
         for (int c = 0; c < 3; c++) {
@@ -74,7 +74,7 @@ CO_SIMD_INLINE void strip_scatter_of(const real *along_u, int b, lane S_bar[CO_J
 }
 
 /* The transpose of strip_jets(), added to `bar`. */
-CO_SIMD_INLINE void strip_scatter(const real *along_u, lane S_bar[CO_JET][3], int first, int last, strip bar) {
+CO_SIMD_INLINE void strip_scatter(const double *along_u, lane S_bar[CO_JET][3], int first, int last, strip bar) {
     strip_scatter_of(along_u, 0, S_bar, first, last, bar[0]);
     if (last >= co_jet_index(0, 1))
         strip_scatter_of(along_u, 1, S_bar, first, last, bar[1]);

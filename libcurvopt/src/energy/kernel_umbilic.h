@@ -18,11 +18,11 @@
  * spot where X is smoothed. d is the length of Newton's step from q to 0: d^2 = |b q* - a* q|^2 / (|a|^2 - |b|^2)^2.
  * Where the surface bends like a cylinder whose curvature varies, q is small beside its derivative, but does not turn:
  * |a| = |b|, and d is infinite. */
-CO_SIMD_INLINE lane umbilic_jump(const sample_state *m, const sample_values *v, real eps4, lane weight) {
-    const lane tiny = lane_all(CO_REAL_TINY); /* zero over zero: of a plane, where |F1 F3| is 0 */
+CO_SIMD_INLINE lane umbilic_jump(const sample_state *m, const sample_values *v, double eps4, lane weight) {
+    const lane tiny = lane_all(1e-300); /* zero over zero: of a plane, where |F1 F3| is 0 */
     const deviator d = deviator_of(m);
-    const lane a = v->f1 * (real)(1.0 / 9), cell = (a + v->f3) * weight, n = (a - v->f3) * (a - v->f3) * weight + tiny;
-    const lane turned = (d.re * d.q_re + d.im * d.q_im) * (real)(2.0 / 3); /* 2 Re(a b q*^2) */
+    const lane a = v->f1 * (1.0 / 9), cell = (a + v->f3) * weight, n = (a - v->f3) * (a - v->f3) * weight + tiny;
+    const lane turned = (d.re * d.q_re + d.im * d.q_im) * (2.0 / 3); /* 2 Re(a b q*^2) */
     const lane near = (d.square * d.square + eps4) / (cell * cell + tiny);
     const lane step = ((a + v->f3) * d.square - turned) / n;
     const lane size = lane_sqrt(v->f1) * lane_sqrt(v->f3); /* their product could be too large */

@@ -15,10 +15,10 @@
 
 /* Each face's first point, from which its points are counted (gather in kernel_rows.h). */
 CO_SIMD_INLINE void volume_offset(const int32_t *points, const double *xyz, lane offset[3]) {
-    real place[3][CO_LANES];
+    double place[3][CO_LANES];
     for (int l = 0; l < CO_LANES; l++)
         for (int c = 0; c < 3; c++)
-            place[c][l] = (real)xyz[3 * (size_t)points[l] + (size_t)c];
+            place[c][l] = xyz[3 * (size_t)points[l] + (size_t)c];
     memcpy(offset, place, sizeof place);
 }
 
@@ -29,13 +29,13 @@ CO_SIMD_INLINE void from_origin(const lane relative[3], const lane offset[3], la
 
 /* weight * det(S, S_u, S_v) / 3; place: S from the origin; normal: S_u x S_v. */
 CO_SIMD_INLINE lane volume_value(const lane place[3], const lane normal[3], lane weight) {
-    return weight * (real)(1.0 / 3) * lane_dot(place, normal);
+    return weight * (1.0 / 3) * lane_dot(place, normal);
 }
 
 /* S_bar [0..2] += those of that. */
 CO_SIMD_INLINE void add_volume_adjoint(const lane place[3], lane S[CO_JET][3], double weight, lane S_bar[CO_JET][3]) {
     lane turned[3];
-    const lane third_of_weight = lane_all((real)(weight * (1.0 / 3)));
+    const lane third_of_weight = lane_all(weight * (1.0 / 3));
     lane_cross(S[1], S[2], turned);
     lane_add_scaled(S_bar[0], third_of_weight, turned);
     lane_cross(S[2], place, turned);
@@ -50,7 +50,7 @@ CO_SIMD_INLINE void volume_add_block(lane S[CO_JET][3], double weight, const lan
     lane both[3], w[3];
     lane_cross(r_p, r_q, both);
     for (int c = 0; c < 3; c++)
-        w[c] = (real)(weight * (1.0 / 3)) * (both[0] * S[0][c] + both[1] * S[1][c] + both[2] * S[2][c]);
+        w[c] = weight * (1.0 / 3) * (both[0] * S[0][c] + both[1] * S[1][c] + both[2] * S[2][c]);
     lane *row[3];
     for (int i = 0; i < 3; i++)
         row[i] = matrix + (3 * p + i) * (3 * p + i + 1) / 2 + 3 * q;

@@ -48,7 +48,7 @@ static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser,
         return co_status_no_memory(error);
     for (int32_t p = 0; p < a->patches.n_patches; p++)
         rule[p] = (uint8_t)(coarser > a->rule[p] ? co_face_rule_of_matrices(a->surface) : a->rule[p] - coarser);
-    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .kernel = a->kernel, .rule = rule};
+    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
     int32_t status = co_element_batches_create(&spec, &h->batches, error);
     free(rule);
     if (status != CURVOPT_OK)

@@ -8,7 +8,7 @@
 
 /* Pieces that one thread looks round one after the other; and pairs of these that are too close to tell, after which
  * the others are cut once: they lie where sheets lie on each other. */
-enum { RUN = 64, ENOUGH_UNRESOLVED = 16 };
+enum { RUN = 64, ENOUGH_UNRESOLVED = 40 };
 
 typedef struct found {
     co_face_pair *pair;

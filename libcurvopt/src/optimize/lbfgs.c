@@ -116,8 +116,7 @@ static double step_excess_of(const solver *s, double length, double step) {
  * (Nocedal, Wright, "Numerical optimization", 2nd ed. 2006, eq. 3.60). */
 static double first_step(const solver *s, const co_iterate *now) {
     const double least = s->options->tuning->lbfgs_first_least, margin = 1.01;
-    const double known = fmax(KNOWN_DECREASE, s->f->rounding);
-    if (!s->f->precondition || !(s->decrease > known * fabs(now->value)))
+    if (!s->f->precondition || !(s->decrease > KNOWN_DECREASE * fabs(now->value)))
         return 1;
     return fmin(1, fmax(least, -2 * margin * s->decrease / s->slope));
 }

@@ -45,7 +45,7 @@ static int decreases(const search_state *s, const trial *t) {
         return 0;
     if (t->value <= o->value + WOLFE_DECREASE * t->step * o->slope)
         return 1;
-    return t->value <= o->value + co_objective_rounding(s->f, s->tuning) * fabs(o->value) &&
+    return t->value <= o->value + s->tuning->rounding * fabs(o->value) &&
            t->slope <= (2 * WOLFE_DECREASE - 1) * o->slope;
 }
 
@@ -74,7 +74,7 @@ static int zoom(search_state *s, trial low, trial high, trial *found) {
         trial t = try_step(s, interpolate(&low, &high));
         if (t.step == low.step || t.step == high.step)
             break; /* the bracket is exhausted in floating point */
-        if (!decreases(s, &t) || (t.value > low.value + co_objective_rounding(s->f, s->tuning) * fabs(low.value))) {
+        if (!decreases(s, &t) || (t.value > low.value + s->tuning->rounding * fabs(low.value))) {
             high = t;
             continue;
         }

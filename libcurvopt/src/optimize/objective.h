@@ -2,9 +2,6 @@
 #ifndef CO_OPTIMIZE_OBJECTIVE_H
 #define CO_OPTIMIZE_OBJECTIVE_H
 
-#include "base/tuning.h"
-
-#include <math.h>
 #include <stddef.h>
 
 /* What an objective says of a step that an optimizer has accepted. */
@@ -53,7 +50,6 @@ typedef struct co_step_record {
 typedef struct co_objective {
     void *context;
     size_t n;
-    double rounding; /* values are known to this much of themselves; 0: as well as doubles can be */
     /* Value, gradient and findings at `at->x`; the value is not finite where the function is not defined. */
     void (*evaluate)(void *context, co_iterate *at);
     /* Length of a step d in the units of the step cap. */
@@ -82,10 +78,5 @@ typedef struct co_objective {
     /* Told of every step that stands; nonzero cancels. */
     int (*report)(void *context, const co_iterate *now, const co_step_record *record);
 } co_objective;
-
-/* In parts of values: a smaller difference of two is rounding. */
-static inline double co_objective_rounding(const co_objective *f, const co_tuning *tuning) {
-    return fmax(f->rounding, tuning->rounding);
-}
 
 #endif

@@ -56,7 +56,7 @@ int co_step_control_take(co_step_control *c, const co_objective *f, co_method me
     }
     c->cap = fmin(t->cap_accepted * c->cap, c->max_step);
     outcome->iterations++;
-    c->quiet_steps = before - now->value > co_objective_rounding(f, t) * fabs(before) ? 0 : c->quiet_steps + 1;
+    c->quiet_steps = before - now->value > t->rounding * fabs(before) ? 0 : c->quiet_steps + 1;
     if (report(c, f, method, now, before - now->value, outcome))
         return CURVOPT_STOP_CANCELLED;
     return c->quiet_steps >= t->slow_steps ? CURVOPT_STOP_STALLED : -1;

@@ -20,10 +20,6 @@ static int is_cancelled(const co_level *l) {
     return co_run_context_is_cancelled(l->objective.run);
 }
 
-static int is_finite(const co_level *l) {
-    return isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient));
-}
-
 /* Whether callbacks have nothing more to do: the run is to end, or one of them has failed. */
 static int is_over(const co_level *l) {
     return l->failed != CURVOPT_OK || is_cancelled(l);
@@ -210,14 +206,10 @@ static int report(void *context, const co_iterate *now, const co_step_record *re
     return l->failed != CURVOPT_OK || (l->report && l->report(l, &all, l->user));
 }
 
-/* Of values in single precision, in parts of them (libcurvopt/notes/37-single-precision.md). */
-static const double SINGLE_ROUNDING = 1e-6;
-
 static co_objective objective_of(co_level *l) {
     int has = l->hessian.exists;
     return (co_objective){.context = l,
                           .n = n_of(l),
-                          .rounding = l->objective.assembly.values_kernel->is_single ? SINGLE_ROUNDING : 0,
                           .evaluate = evaluate,
                           .step_length = step_length,
                           .review_step = review_step,
@@ -269,32 +261,6 @@ static void count(co_outcome *all, const co_outcome *more) {
     all->rejected += more->rejected;
 }
 
-/* Goes on in single precision, or in double precision. */
-static int32_t set_precision(co_level *l, int is_single, curvopt_error *error) {
-    co_assembly *a = &l->objective.assembly;
-    if (a->values_kernel->is_single == is_single)
-        return CURVOPT_OK;
-    const int32_t status = co_assembly_set_precision(a, is_single, error);
-    if (status == CURVOPT_OK)
-        co_level_objective_evaluate(&l->objective, &l->now);
-    return status;
-}
-
-/* Where single precision leads no further, double precision may. */
-static int32_t run_in_double(co_level *l, co_method method, const co_method_options *options, co_outcome *outcome,
-                             curvopt_error *error) {
-    const co_outcome before = *outcome;
-    co_method_options rest = *options;
-    int32_t status = set_precision(l, 0, error);
-    const co_objective f = objective_of(l);
-    rest.max_iterations -= before.iterations;
-    count(&l->before, &before);
-    if (status == CURVOPT_OK)
-        status = run_once(l, &f, method, &rest, outcome, error);
-    count(outcome, &before);
-    return status;
-}
-
 static int32_t run_method(void *context, co_method method, const co_method_options *options, const co_outcome *before,
                           co_outcome *outcome, curvopt_error *error) {
     co_level *l = context;
@@ -317,8 +283,6 @@ static int32_t run_method(void *context, co_method method, const co_method_optio
     const co_outcome approach = l->before;
     if (status == CURVOPT_OK)
         status = run_once(l, &f, method, &rest, outcome, error);
-    if (status == CURVOPT_OK && l->objective.assembly.values_kernel->is_single && outcome->stop == CURVOPT_STOP_STALLED)
-        status = run_in_double(l, method, &rest, outcome, error);
     outcome->iterations += approach.iterations - before->iterations;
     outcome->evaluations += approach.evaluations - before->evaluations;
     outcome->rejected += approach.rejected - before->rejected;
@@ -417,12 +381,6 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-/* The shape forms in single precision, whose digits are more than are wanted there. */
-static int forms_in_single(const co_level *l, const co_level_prospect *prospect) {
-    return l->motion == CO_MOTION_ALL && !l->is_final && !prospect->is_near && !prospect->is_passing &&
-           !l->objective.run->options->joshi_sequin && l->objective.run->tuning->single_precision;
-}
-
 int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error) {
     const co_step_record none = {
         .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
@@ -438,15 +396,9 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
     l->is_forming = schedule.forms && !prospect->is_passing; /* a solver that stays has its cage to be near */
     if (!prospect->is_near && report(l, &l->now, &none))
         return CURVOPT_OK;
-    int32_t status = set_precision(l, forms_in_single(l, prospect), error);
-    if (status == CURVOPT_OK && !is_finite(l)) /* of numbers that single precision has not */
-        status = set_precision(l, 0, error);
-    if (status == CURVOPT_OK)
-        status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
+    int32_t status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
     if (is_cancelled(l))
         outcome->stop = CURVOPT_STOP_CANCELLED;
-    if (status == CURVOPT_OK)
-        status = set_precision(l, 0, error);
     if (status == CURVOPT_OK && !l->objective.run->options->joshi_sequin && !prospect->is_passing)
         status = keep_best(l, &outcome->stop, error);
     if (outcome->stop == CURVOPT_STOP_UNRESOLVED && !l->is_final) /* what stood was kept, and what follows goes on */
@@ -576,7 +528,7 @@ int32_t co_level_begin(co_level *l, curvopt_error *error) {
     co_level_objective_weigh_repulsion(&l->objective, co_level_objective_energy(&l->objective, &l->now), 1, &l->now);
     if (co_repulsion_failed(&l->objective.repulsion) != CURVOPT_OK)
         return co_status_no_memory(error);
-    if (is_finite(l))
+    if (isfinite(l->now.value) && isfinite(co_vector_norm(n_of(l), l->now.gradient)))
         return CURVOPT_OK;
     if (is_cancelled(l)) /* then evaluations may not be finite either */
         return CO_CANCELLED;

@@ -22,8 +22,6 @@ void co_basis_table_destroy(co_basis_table *t) {
     free(t->jacobian_scale);
     free(t->rows);
     free(t->side);
-    free(t->single_rows);
-    free(t->single_side);
     free(t->blend);
     free(t->masks);
     free(t);
@@ -245,20 +243,4 @@ int32_t co_basis_table_make(int32_t surface, int32_t kind, int32_t rule_number, 
     }
     *out = t;
     return CURVOPT_OK;
-}
-
-/* As floats; NULL if memory is out. */
-static float *rounded(const double *x, size_t n) {
-    float *out = CO_NEW_ALIGNED(float, n);
-    for (size_t i = 0; out && i < n; i++)
-        out[i] = (float)x[i];
-    return out;
-}
-
-int32_t co_basis_table_add_single(co_basis_table *t, int32_t n_kinds, curvopt_error *error) {
-    if (!t->single_rows)
-        t->single_rows = rounded(t->rows, (size_t)n_kinds * (size_t)t->n_samples * (size_t)t->n_points * CO_JET);
-    if (t->side && !t->single_side)
-        t->single_side = rounded(t->side, 16 * (size_t)t->n_side);
-    return t->single_rows && (!t->side || t->single_side) ? CURVOPT_OK : co_status_no_memory(error);
 }

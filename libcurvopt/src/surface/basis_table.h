@@ -27,8 +27,6 @@ typedef struct co_basis_table {
     int32_t n_side;         /* samples a side of a regular face, those of one v after the other; else 0 */
     double *side;           /* [n_side][4][4] co_bspline_cubic() at these: one-dimensional shape functions, whose tensor
                                products are a regular face's rows; else NULL */
-    float *single_rows;     /* rows in single precision, or NULL (co_basis_table_add_single) */
-    float *single_side;     /* likewise */
     int is_mixed;           /* whether each vector lane has a kind of its own (basis_table_mixed.h) */
     double *blend;          /* [n_samples][CO_JET] the weight w(u) w(v) of `plane`; NULL on other surfaces */
     double *masks;          /* [3][n_points] limit position and tangents at the vertex, for `plane`; else NULL */
@@ -46,8 +44,5 @@ typedef struct co_table_making {
 int32_t co_basis_table_make(int32_t surface, int32_t kind, int32_t rule, const co_table_making *making,
                             co_basis_table **out, curvopt_error *error);
 void co_basis_table_destroy(co_basis_table *table);
-/* Adds rows and shape functions in single precision, unless they are there; n_kinds: 1, or of a mixed table as many as
- * were mixed. ERROR_MEMORY. */
-int32_t co_basis_table_add_single(co_basis_table *table, int32_t n_kinds, curvopt_error *error);
 
 #endif

@@ -92,8 +92,8 @@ void co_basis_table_cache_free(co_basis_table_cache *cache) {
     *cache = (co_basis_table_cache){0};
 }
 
-static int32_t get(co_basis_table_cache *cache, int32_t kind, int32_t rule_number, co_basis_table **out,
-                   curvopt_error *error) {
+int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule_number,
+                                 const co_basis_table **out, curvopt_error *error) {
     *out = NULL;
     for (int32_t i = 0; i < cache->n_tables; i++)
         if (cache->table[i].kind == kind && cache->table[i].rule == rule_number) {
@@ -114,23 +114,5 @@ static int32_t get(co_basis_table_cache *cache, int32_t kind, int32_t rule_numbe
         if (cache->made)
             cache->made(cache->user);
     }
-    return status;
-}
-
-int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule_number,
-                                 const co_basis_table **out, curvopt_error *error) {
-    co_basis_table *table;
-    const int32_t status = get(cache, kind, rule_number, &table, error);
-    *out = table;
-    return status;
-}
-
-int32_t co_basis_table_cache_get_single(co_basis_table_cache *cache, int32_t kind, int32_t rule_number,
-                                        const co_basis_table **out, curvopt_error *error) {
-    co_basis_table *table;
-    int32_t status = get(cache, kind, rule_number, &table, error);
-    if (status == CURVOPT_OK)
-        status = co_basis_table_add_single(table, 1, error);
-    *out = table;
     return status;
 }

@@ -25,10 +25,6 @@ void co_basis_table_cache_free(co_basis_table_cache *cache);
 int32_t co_basis_table_cache_get(co_basis_table_cache *cache, int32_t kind, int32_t rule, const co_basis_table **out,
                                  curvopt_error *error);
 
-/* The same, with its rows in single precision as well. */
-int32_t co_basis_table_cache_get_single(co_basis_table_cache *cache, int32_t kind, int32_t rule,
-                                        const co_basis_table **out, curvopt_error *error);
-
 /* The polynomial fitted at a kind's vertex, likewise, for kinds whose surface has one (co_blend_fit_surface).
  * ERROR_MEMORY. */
 int32_t co_basis_table_cache_fit(co_basis_table_cache *cache, int32_t kind, const co_blend_fit **out,
