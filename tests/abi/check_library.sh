@@ -46,7 +46,8 @@ needed) # what every Linux has, and no place of this machine
 calls) # memory, threads, mathematics and the clock alone; no files, processes, environment, network: addon/manual/TRUST.md
     calls=$(nm -D --undefined-only "$library" | sed -nE 's/.* [UwW] ([A-Za-z0-9_]+).*/\1/p')
     grep -qx malloc <<<"$calls" # or this has looked at nothing
-    memory='malloc|calloc|realloc|free|aligned_alloc|mem(cmp|cpy|move|set)|str(cmp|len|ncmp|chr)|qsort'
+    # madvise: huge pages for large blocks
+    memory='malloc|calloc|realloc|free|aligned_alloc|madvise|mem(cmp|cpy|move|set)|str(cmp|len|ncmp|chr)|qsort'
     threads='pthread_(create|join|sigmask)|pthread_(cond|mutex)_[a-z]+|sigfillset|sched_(getaffinity|yield)|sysconf'
     mathematics='sqrt|fm(ax|in|od|a)|asin|frexp|ldexp|floor|ceil|round|trunc|l?rint|copysign'
     text='vsnprintf|snprintf|printf|fprintf|puts|fputs|putchar|fputc|fwrite|fflush|std(out|err)' # printf: CHOLMOD's, off

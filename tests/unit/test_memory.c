@@ -47,9 +47,25 @@ static void test_nothing_is_a_block_of_its_own(void **state) {
     free(aligned);
 }
 
+/* Large blocks, which may have pages of their own kind, hold what is written to their ends. */
+static void test_large_blocks(void **state) {
+    (void)state;
+    for (size_t bytes = (size_t)15 << 20; bytes < (size_t)35 << 20; bytes += ((size_t)9 << 20) + 1) {
+        unsigned char *p = CO_NEW_ALIGNED(unsigned char, bytes);
+        CHECK_TRUE(p != NULL);
+        CHECK_INT((uintptr_t)p % CO_MEMORY_ALIGNMENT, 0);
+        p[0] = 3;
+        p[bytes - 1] = 4;
+        CHECK_INT(p[0] + p[bytes - 1], 7);
+        free(p);
+    }
+    CHECK_TRUE(CO_NEW_ALIGNED(unsigned char, SIZE_MAX - 2 * CO_MEMORY_ALIGNMENT) ==
+               NULL); /* no place for a huge page */
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_products_that_overflow_are_refused),
-                                       cmocka_unit_test(test_resizing_keeps_what_is_there),
-                                       cmocka_unit_test(test_nothing_is_a_block_of_its_own)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_products_that_overflow_are_refused), cmocka_unit_test(test_resizing_keeps_what_is_there),
+        cmocka_unit_test(test_nothing_is_a_block_of_its_own), cmocka_unit_test(test_large_blocks)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
