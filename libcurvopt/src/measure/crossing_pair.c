@@ -86,7 +86,7 @@ static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_
 /* Whether heights over a paraboloid that osculates one of them are apart: sheets that lie along each other. */
 static int are_apart_as_sheets(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
     for (int k = 0; k < 2; k++) {
-        co_quadric quadric;
+        co_quadric quadric = {.origin = {0}};
         double of_a[2], of_b[2];
         if (!co_quadric_at_middle(k ? b : a, &quadric))
             continue;
