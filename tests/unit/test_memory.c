@@ -59,8 +59,8 @@ static void test_large_blocks(void **state) {
         CHECK_INT(p[0] + p[bytes - 1], 7);
         free(p);
     }
-    CHECK_TRUE(CO_NEW_ALIGNED(unsigned char, SIZE_MAX - 2 * CO_MEMORY_ALIGNMENT) ==
-               NULL); /* no place for a huge page */
+    /* to be rounded up to a huge page it has no place */
+    CHECK_TRUE(CO_NEW_ALIGNED(unsigned char, SIZE_MAX - 2 * CO_MEMORY_ALIGNMENT) == NULL);
 }
 
 int main(void) {
