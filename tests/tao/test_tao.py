@@ -9,6 +9,7 @@ import itertools
 import json
 import os
 import subprocess
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,11 @@ def tao(ranks: int, *arguments: str, prefix: tuple[str, ...] = ()) -> subprocess
     command = ["mpirun", "-q", "-n", str(ranks), *program]
     if prefix:
         command = ["mpirun", "-q", "-n", "1", *program, ":", "-n", "1", *prefix, *program]
-    return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
+    # A folder of its own: in a shared one, an mpirun that ends removes what another is making. Its name is short, for
+    # sockets are in it.
+    with tempfile.TemporaryDirectory(prefix="mpi_", ignore_cleanup_errors=True) as session:
+        environment["OMPI_MCA_orte_tmpdir_base"] = session
+        return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, env=environment)
 
 
 def minimize(ranks: int, cage: Path, out: Path, *arguments: str, petsc: tuple[str, ...] = ()) -> dict:
