@@ -10,26 +10,27 @@
 
 #ifdef __linux__
 #include <sys/mman.h>
+#define PAGE ((size_t)4096) /* the least that the system has; for advice alone */
 /* A huge page on most processors, and the least size of a block that has some (notes/36-cancelling.md). */
 #define HUGE_PAGE        ((size_t)2 << 20)
 #define WORTH_HUGE_PAGES (8 * HUGE_PAGE)
+
+/* Huge pages for a block, where the system gives these on request: a factor of 1.4 GB is given back in hundredths of a
+ * second, not in tenths. This is advice: where it is not taken, pages are small. */
+static void advise_huge_pages(void *p, size_t bytes) {
+    const size_t before = (PAGE - (uintptr_t)p % PAGE) % PAGE;
+    if (p && bytes >= WORTH_HUGE_PAGES)
+        (void)madvise((char *)p + before, (bytes - before) / PAGE * PAGE, MADV_HUGEPAGE);
+}
 #endif
 
 void *co_memory_zeroed(size_t count, size_t size) {
-    return calloc(count ? count : 1, size); /* calloc checks the product */
-}
-
+    void *p = calloc(count ? count : 1, size); /* calloc checks the product */
 #ifdef __linux__
-/* In huge pages, where the system gives these on request: a factor of 1.4 GB is given back in hundredths of a second,
- * not in tenths. NULL: memory is out. */
-static void *huge_pages(size_t bytes) {
-    const size_t whole = (bytes + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
-    void *p = aligned_alloc(HUGE_PAGE, whole);
-    if (p)
-        (void)madvise(p, whole, MADV_HUGEPAGE); /* advice: where it is not taken, pages are small */
+    advise_huge_pages(p, count * size);
+#endif
     return p;
 }
-#endif
 
 void *co_memory_aligned(size_t count, size_t size) {
     if (count == 0)
@@ -39,11 +40,13 @@ void *co_memory_aligned(size_t count, size_t size) {
     size_t bytes = (count * size + CACHE_LINE - 1) / CACHE_LINE * CACHE_LINE;
 #ifdef _WIN32 /* its C library aligns to 16 bytes what free() takes: notes/97-vectors-on-windows.md */
     return malloc(bytes);
+#elif defined __linux__
+    const size_t alignment = bytes >= WORTH_HUGE_PAGES ? HUGE_PAGE : CACHE_LINE;
+    void *p = bytes <= SIZE_MAX - alignment ? aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment)
+                                            : NULL;
+    advise_huge_pages(p, bytes);
+    return p;
 #else
-#ifdef __linux__
-    if (bytes >= WORTH_HUGE_PAGES && bytes <= SIZE_MAX - HUGE_PAGE)
-        return huge_pages(bytes);
-#endif
     return aligned_alloc(CACHE_LINE, bytes);
 #endif
 }

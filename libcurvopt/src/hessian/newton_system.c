@@ -338,14 +338,25 @@ static int positive_of_weights(const co_newton_system *m) {
 
 /* --------------------------------------------------------------------------------------------------- solving -- */
 
+/* H + shift metric, or H where there is none. */
+typedef struct damping {
+    const double *value, *metric;
+    double shift, *out;
+} damping;
+
+static void damp_entries(void *context, size_t begin, size_t end) {
+    const damping *d = context;
+    memcpy(d->out + begin, d->value + begin, (end - begin) * sizeof *d->out);
+    if (d->metric)
+        co_vector_add(end - begin, d->shift, d->metric + begin, d->out + begin);
+}
+
 /* What is to be factored, but for a multiple of the unit matrix; returns that. */
 static double damp(co_newton_system *m, const double *metric, double shift) {
-    const size_t n_entries = m->hessian.pattern.n_entries;
-    memcpy(m->damped, m->hessian.value, n_entries * sizeof *m->damped);
-    if (!metric)
-        return shift;
-    co_vector_add(n_entries, shift, metric, m->damped);
-    return m->unit_shift;
+    damping d = {.value = m->hessian.value, .metric = metric, .shift = shift, .out = m->damped};
+    const size_t n = m->hessian.pattern.n_entries;
+    co_thread_pool_for(co_thread_pool_if_worth(m->assembly->threads, n), n, damp_entries, &d);
+    return metric ? m->unit_shift : shift;
 }
 
 int32_t co_newton_system_factorize(co_newton_system *m, double shift, int *positive, curvopt_error *error) {

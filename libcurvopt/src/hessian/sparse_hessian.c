@@ -450,6 +450,10 @@ static int32_t place_before(const co_assembly *a, const double *x, co_sparse_hes
     return CURVOPT_OK;
 }
 
+static void clear_entries(void *value, size_t begin, size_t end) {
+    memset((double *)value + begin, 0, (end - begin) * sizeof(double));
+}
+
 int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_second_kind *kind, co_sparse_hessian *h,
                                    curvopt_error *error) {
     const int exact = kind->exact;
@@ -461,7 +465,8 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
         return status;
     co_values values;
     const co_functional *f = &a->functional;
-    memset(h->value, 0, h->pattern.n_entries * sizeof(double));
+    co_thread_pool_for(co_thread_pool_if_worth(a->threads, h->pattern.n_entries), h->pattern.n_entries, clear_entries,
+                       h->value);
     co_blend_disc_hessian_clear(&h->discs);
     co_assembly_evaluate(a, x, &(co_request){.is_normalized = 1}, &values); /* sets the points, gives the integrals */
     double area = whole ? whole->area : values.integral[CO_INT_AREA];

@@ -10,6 +10,7 @@
 
 enum { WIDEST = 192 };                            /* columns of a panel; wider supernodes are cut into equal ones */
 static const double WORTH_THREADS = 4e6;          /* operations from which a second thread is woken */
+static const double BETWEEN_LOOKS = 1e8;          /* operations between two looks at the flag, at most: some ms */
 static const double ONE = 1, ZERO = 0, LESS = -1; /* for the BLAS */
 
 /* Columns begin .. end - 1 of a supernode, counted from its first. */
@@ -323,9 +324,25 @@ static void begin_panel(const co_supernodal_cholesky *p, int i, double *block) {
         block[j + j * n_rows] += p->shift;
 }
 
+/* C [rows][columns] = alpha A A^T[columns] + beta C, of which the lower part counts: A is [rows][width], and its first
+ * rows are those of the columns. So many rows at a time that the flag is looked at between; 0 if it is raised. */
+static int multiply(co_supernodal_cholesky *p, int rows, int columns, int width, const double *alpha, const double *a,
+                    int stride, const double *beta, double *c, int c_stride) {
+    const double at_a_time = BETWEEN_LOOKS / (2 * (double)columns * width);
+    const int most = at_a_time < rows ? (int)at_a_time + 1 : rows;
+    dsyrk_("L", "N", &columns, &width, alpha, a, &stride, beta, c, &c_stride, 1, 1);
+    for (int i = columns; i < rows; i += most) {
+        const int some = rows - i < most ? rows - i : most;
+        if (is_over(p))
+            return 0;
+        dgemm_("N", "C", &some, &columns, &width, alpha, a + i, &stride, a, &stride, beta, c + i, &c_stride, 1, 1);
+    }
+    return 1;
+}
+
 /* Subtracts what an earlier supernode has for the panel's columns: with its rows `begin` .. `end` - 1 there, and those
- * below, C [rows][columns] = L [rows] L [begin .. end]^T, of which the lower part counts. */
-static void subtract(const co_supernodal_cholesky *p, const panel *to, const update *u, const work *w, double *block) {
+ * below, L [rows] L [begin .. end]^T. 0 if the flag is raised. */
+static int subtract(co_supernodal_cholesky *p, const panel *to, const update *u, const work *w, double *block) {
     const co_supernodes *s = p->s;
     const int *row = co_supernodes_rows(s, u->from), stride = co_supernodes_n_rows(s, u->from),
               width = co_supernodes_width(s, u->from);
@@ -335,14 +352,12 @@ static void subtract(const co_supernodal_cholesky *p, const panel *to, const upd
         begin++;
     for (end = begin; end < stride && row[end] < last;)
         end++;
-    const int columns = end - begin, rows = stride - begin, below = rows - columns;
+    const int columns = end - begin, rows = stride - begin;
     if (columns == 0)
-        return;
+        return 1;
     const double *a = p->l + s->value_start[u->from] + begin;
-    dsyrk_("L", "N", &columns, &width, &ONE, a, &stride, &ZERO, w->sum, &rows, 1, 1);
-    if (below)
-        dgemm_("N", "C", &below, &columns, &width, &ONE, a + columns, &stride, a, &stride, &ZERO, w->sum + columns,
-               &rows, 1, 1);
+    if (!multiply(p, rows, columns, width, &ONE, a, stride, &ZERO, w->sum, rows))
+        return 0;
     for (int i = 0; i < rows; i++)
         w->relative[i] = w->local[row[begin + i]];
     const size_t n_rows = (size_t)co_supernodes_n_rows(s, to->supernode);
@@ -352,17 +367,14 @@ static void subtract(const co_supernodal_cholesky *p, const panel *to, const upd
         for (int i = j; i < rows; i++)
             out[w->relative[i]] -= in[i];
     }
+    return 1;
 }
 
 /* The same of an earlier panel of the same supernode, whose rows are the same. */
-static void subtract_panel(const panel *to, const panel *from, int stride, double *block) {
-    const int columns = to->end - to->begin, width = from->end - from->begin, below = stride - to->end;
-    const double *a = block + (size_t)from->begin * (size_t)stride + to->begin;
-    double *c = block + (size_t)to->begin * (size_t)stride + to->begin;
-    dsyrk_("L", "N", &columns, &width, &LESS, a, &stride, &ONE, c, &stride, 1, 1);
-    if (below)
-        dgemm_("N", "C", &below, &columns, &width, &LESS, a + columns, &stride, a, &stride, &ONE, c + columns, &stride,
-               1, 1);
+static int subtract_panel(co_supernodal_cholesky *p, const panel *to, const panel *from, int stride, double *block) {
+    return multiply(p, stride - to->begin, to->end - to->begin, from->end - from->begin, &LESS,
+                    block + (size_t)from->begin * (size_t)stride + to->begin, stride, &ONE,
+                    block + (size_t)to->begin * (size_t)stride + to->begin, stride);
 }
 
 /* Makes panel i; 0 if it has no factor, or the factor is given up. */
@@ -372,18 +384,19 @@ static int make_panel(co_supernodal_cholesky *p, int i, const work *w) {
     const int k = at->supernode, stride = co_supernodes_n_rows(s, k), columns = at->end - at->begin,
               below = stride - at->end;
     double *block = p->l + s->value_start[k];
+    if (is_over(p)) /* before updates, too, for leaves of the tree have none */
+        return 0;
     begin_panel(p, i, block);
     for (int r = 0; r < stride; r++)
         w->local[co_supernodes_rows(s, k)[r]] = r;
     for (int u = p->update_start[k]; u < p->update_start[k + 1]; u++) {
-        if (is_over(p) || !wait_for(p, p->first_panel[p->update[u].from + 1] - 1))
+        if (is_over(p) || !wait_for(p, p->first_panel[p->update[u].from + 1] - 1) ||
+            !subtract(p, at, p->update + u, w, block))
             return 0;
-        subtract(p, at, p->update + u, w, block);
     }
     for (int earlier = p->first_panel[k]; earlier < i; earlier++) {
-        if (is_over(p) || !wait_for(p, earlier))
+        if (is_over(p) || !wait_for(p, earlier) || !subtract_panel(p, at, p->panel + earlier, stride, block))
             return 0;
-        subtract_panel(at, p->panel + earlier, stride, block);
     }
     int info;
     double *diagonal = block + (size_t)at->begin * (size_t)stride + at->begin;

@@ -155,7 +155,7 @@ int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, doub
     if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
         return status;
     status = damp_strains(h, least, error);
-    if (status != CURVOPT_OK)
+    if (status != CURVOPT_OK || co_run_context_is_cancelled(h->objective->run))
         return status;
     double wanted = h->shift * shift_change(tuning_of(h), step_excess);
     return co_level_hessian_factorize_shifted(h, fmax(wanted, least), error);
