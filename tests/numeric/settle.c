@@ -72,7 +72,7 @@ static int read_cage(cage *c) {
 static double evaluate(co_assembly *a, int rule, int term, double *share) {
     int third = term == CURVOPT_TERM_MVS;
     double sum = 0;
-    uint8_t *rules = CO_NEW(uint8_t, a->patches.n_patches);
+    int8_t *rules = CO_NEW(int8_t, a->patches.n_patches);
     co_element_batches l;
     co_values values;
     curvopt_error error;

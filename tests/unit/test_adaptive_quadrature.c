@@ -123,13 +123,18 @@ typedef struct problem {
     co_assembly *assembly; /* on the heap: it must stay where it is */
 } problem;
 
-static problem problem_of(cage c, int term) {
+static problem problem_on(int32_t surface, cage c, int term) {
     problem p = {.c = c, .mesh = cage_mesh(&c), .assembly = calloc(1, sizeof(co_assembly))};
     curvopt_options o = options_of(term);
     curvopt_error error;
     CHECK_TRUE(p.assembly != NULL);
+    o.surface = surface;
     CHECK_OK(co_assembly_create(p.mesh, NULL, NULL, &o, NULL, NULL, p.assembly, &error), &error);
     return p;
+}
+
+static problem problem_of(cage c, int term) {
+    return problem_on(CURVOPT_SURFACE_POLYNOMIAL, c, term);
 }
 
 static void problem_free(problem *p) {
@@ -304,7 +309,8 @@ static void test_blocks_can_be_of_some_patches(void **state) {
     enum { MOST = 64 };
     co_assembly *a = p.assembly;
     const int32_t n = a->patches.n_patches;
-    uint8_t rule[MOST], only[MOST];
+    int8_t rule[MOST];
+    uint8_t only[MOST];
     double all_sums[MOST][CO_N_SUMS], some_sums[MOST][CO_N_SUMS];
     int in_all[MOST] = {0}, in_some[MOST] = {0}, resolved, changed;
     co_element_batches all, some;
@@ -314,7 +320,7 @@ static void test_blocks_can_be_of_some_patches(void **state) {
     CHECK_BETWEEN(n, 12, MOST);
     resolve(&p, 1e-1, CO_TERMS_OBJECTIVE, &resolved, &changed);
     for (int32_t i = 0; i < n; i++)
-        rule[i] = (uint8_t)(i % 2), only[i] = i % 3 == 0;
+        rule[i] = (int8_t)(i % 2), only[i] = i % 3 == 0;
     CHECK_OK(co_element_batches_create(&spec, &all, &error), &error);
     for (int32_t i = 0; i < n; i++)
         if (!only[i] && i % 2)
@@ -409,6 +415,67 @@ static void test_rules_become_coarser_again(void **state) {
     problem_free(&p);
 }
 
+static int is_regular(const problem *p, int32_t i) {
+    return p->assembly->patches.kind[i] == CO_FAN_REGULAR;
+}
+
+/* Where they are allowed, faces at extraordinary vertices of the limit surface begin with them, and nothing else does;
+ * where they are not any more, all is as if they never had been. */
+static void test_rough_rules_are_for_a_while(void **state) {
+    (void)state;
+    problem p = problem_on(CURVOPT_SURFACE_LIMIT, bumpy_cube(0.1), CURVOPT_TERM_WILLMORE),
+            other = problem_on(CURVOPT_SURFACE_LIMIT, bumpy_cube(0.1), CURVOPT_TERM_WILLMORE),
+            blended = problem_of(bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    int resolved, changed, n_rough = 0;
+    curvopt_error error;
+    const curvopt_energies plain = resolve(&p, 1, CO_TERMS_OBJECTIVE, &resolved, &changed),
+                           best = resolve(&other, 1e-6, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_OK(co_assembly_set_coarsest(p.assembly, CO_ROUGH_RULE, &error), &error);
+    for (int32_t i = 0; i < p.assembly->patches.n_patches; i++) {
+        CHECK_INT(p.assembly->rule[i], is_regular(&p, i) ? 0 : CO_ROUGH_RULE);
+        n_rough += !is_regular(&p, i);
+    }
+    CHECK_BETWEEN(n_rough, 1, p.assembly->patches.n_patches);
+    const curvopt_energies rough = resolve(&p, 1, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(!changed && rough.n_samples < 0.7 * plain.n_samples);
+    CHECK_BETWEEN(fabs(rough.objective / best.objective - 1), 1e-5, 0.1);
+    CHECK_BETWEEN(rough.objective_error / fabs(rough.objective - best.objective), 0.3, 10);
+    CHECK_OK(co_assembly_copy_rules(other.assembly, p.assembly, &error), &error); /* which has none of them */
+    for (int32_t i = 0; i < p.assembly->patches.n_patches; i++)
+        CHECK_INT(other.assembly->rule[i], 0);
+    CHECK_OK(co_assembly_set_coarsest(p.assembly, 0, &error), &error);
+    const curvopt_energies again = resolve(&p, 1, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(!changed && again.n_samples == plain.n_samples && again.objective == plain.objective);
+    CHECK_OK(co_adaptive_quadrature_coarsen(p.assembly, 1, &changed, &error), &error);
+    CHECK_TRUE(!changed && sum_of_rules(&p) == 0);
+    CHECK_OK(co_assembly_set_coarsest(blended.assembly, CO_ROUGH_RULE, &error), &error);
+    CHECK_TRUE(sum_of_rules(&blended) == 0); /* blends have no such rule */
+    problem_free(&p);
+    problem_free(&other);
+    problem_free(&blended);
+}
+
+/* A rule that was raised may become a rough one again. */
+static void test_rules_become_rough_again(void **state) {
+    (void)state;
+    problem p = problem_on(CURVOPT_SURFACE_LIMIT, bumpy_cube(0.1), CURVOPT_TERM_WILLMORE);
+    int resolved, changed = 1, n_rough = 0;
+    curvopt_error error;
+    CHECK_OK(co_assembly_set_coarsest(p.assembly, CO_ROUGH_RULE, &error), &error);
+    resolve(&p, 1e-5, CO_TERMS_OBJECTIVE, &resolved, &changed);
+    CHECK_TRUE(sum_of_rules(&p) > 0);
+    for (int rounds = 0; changed && rounds < 20; rounds++) {
+        resolve(&p, 1, CO_TERMS_OBJECTIVE, &resolved, &changed);
+        CHECK_OK(co_adaptive_quadrature_coarsen(p.assembly, 1, &changed, &error), &error);
+    }
+    for (int32_t i = 0; i < p.assembly->patches.n_patches; i++) {
+        CHECK_BETWEEN(p.assembly->rule[i], is_regular(&p, i) ? 0 : CO_ROUGH_RULE, CO_FINEST_RULE);
+        n_rough += p.assembly->rule[i] == CO_ROUGH_RULE;
+    }
+    CHECK_BETWEEN(n_rough, 1, p.assembly->patches.n_patches);
+    problem_free(&p);
+}
+
 /* ------------------------------------------------------------------------------------------------- check -- */
 
 static void test_what_is_no_surface_is_refused(void **state) {
@@ -453,6 +520,8 @@ int main(void) {
         cmocka_unit_test(test_errors_of_the_area_are_in_all_that_has_it),
         cmocka_unit_test(test_third_order_terms_get_the_best_area),
         cmocka_unit_test(test_rules_become_coarser_again),
+        cmocka_unit_test(test_rough_rules_are_for_a_while),
+        cmocka_unit_test(test_rules_become_rough_again),
         cmocka_unit_test(test_what_is_no_surface_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -142,6 +142,39 @@ static void test_even_level_spaces_its_cage(void **state) {
     CHECK_BETWEEN(energy[1] / energy[0], 1, 1.02);
 }
 
+/* While a shape forms rules are rough where they are worth it, unless vertices slide freely; what has settled has none.
+ */
+static void test_level_forms_by_rough_rules(void **state) {
+    (void)state;
+    static const struct {
+        int from, spacing, rough;
+    } of[] = {{24, CURVOPT_SPACING_EVEN, 1}, {25, CURVOPT_SPACING_EVEN, 0}, {24, CURVOPT_SPACING_FREE, 0}};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++) {
+        curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+        w.spacing = of[k].spacing;
+        solve_setting *s = solve_setting_of(cage_shaken(cage_refined(cage_cube(), 1), 0.1), &w);
+        s->tuning.rough_from = of[k].from; /* each of the 24 faces has a corner of three */
+        co_level *l = solve_level(s);
+        const co_assembly *a = &l->objective.assembly;
+        CHECK_INT(a->coarsest, of[k].rough ? CO_ROUGH_RULE : 0);
+        CHECK_NEAR(l->working_tolerance / l->tolerance,
+                   of[k].rough ? s->tuning.working_forming : s->tuning.working_factor, 1e-12);
+        const int64_t n_samples = a->batches.n_samples;
+        co_level_destroy(l);
+        reports r = {0};
+        co_outcome outcome;
+        l = solved(s, CO_MOTION_ALL, &r, &outcome);
+        a = &l->objective.assembly;
+        CHECK_INT(a->coarsest, 0);
+        for (int32_t p = 0; p < a->patches.n_patches; p++)
+            CHECK_BETWEEN(a->rule[p], 0, CO_FINEST_RULE);
+        CHECK_TRUE(!of[k].rough || a->batches.n_samples > 2 * n_samples);
+        free(r.x);
+        co_level_destroy(l);
+        solve_setting_free(s);
+    }
+}
+
 /* Cancelled at any report, the level stands where that said. */
 static void test_cancelled_level_keeps_the_last_iterate(void **state) {
     (void)state;
@@ -315,6 +348,7 @@ int main(void) {
         cmocka_unit_test(test_final_level_ends_certified),
         cmocka_unit_test(test_steps_along_normals_solve_the_derivative),
         cmocka_unit_test(test_even_level_spaces_its_cage),
+        cmocka_unit_test(test_level_forms_by_rough_rules),
         cmocka_unit_test(test_cancelled_level_keeps_the_last_iterate),
         cmocka_unit_test(test_flag_stops_a_level),
         cmocka_unit_test(test_limit_of_steps),

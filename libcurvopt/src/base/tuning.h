@@ -82,7 +82,9 @@
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
     X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
     X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature on the way", "25")                          \
-    X(double, working_third, 100, 1, 1e4, "of the tolerance", "the same for third order, while the shape forms", "25") \
+    X(double, working_forming, 100, 1, 1e4, "of the tolerance",                                                        \
+      "the same while the shape forms, of third order or by rough rules", "25")                                        \
+    X(int, rough_from, 256, 0, 1000000, "faces at extraordinary vertices", "with as many rules may be rough", "25")    \
     /* Schedule of a level: solve/level_schedule.c. */                                                                 \
     X(double, coarse_decrement, 1e-5, 1e-10, 1e-1, "of the energy", "the shape is formed", "59")                       \
     X(double, coarse_settled, 1e-3, 1e-8, 1, "of the energy", "settled: less in quick_steps, or slow_steps", "59")     \

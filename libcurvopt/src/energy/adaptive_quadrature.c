@@ -155,7 +155,7 @@ static int is_refinable(const co_assembly *a, int32_t p) {
 }
 
 static int is_coarsenable(const co_assembly *a, int32_t p) {
-    return a->rule[p] > 0;
+    return a->rule[p] > co_assembly_coarsest_of(a, p);
 }
 
 /* The threshold (marking.h) among the patches for which `can_change` holds. */
@@ -445,7 +445,7 @@ static double cost_of(const co_element_batches *l) {
 
 /* Lowers the rules of patches where the errors that this adds are least for what they save; takes it back if the cost
  * does not fall enough. spare [n_patches]: room for the rules as they are. */
-static int32_t coarsen_rules(co_assembly *a, const co_element_batches *coarser, double tolerance, uint8_t *spare,
+static int32_t coarsen_rules(co_assembly *a, const co_element_batches *coarser, double tolerance, int8_t *spare,
                              int *changed, curvopt_error *error) {
     size_t n = (size_t)a->patches.n_patches;
     double before = cost_of(&a->batches);
@@ -466,13 +466,17 @@ static int32_t coarsen_rules(co_assembly *a, const co_element_batches *coarser, 
 int32_t co_adaptive_quadrature_coarsen(co_assembly *a, double tolerance, int *changed, curvopt_error *error) {
     int third = a->functional.has_third;
     co_element_batches coarser;
-    co_element_batches_spec spec = {
-        .patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = a->rule, .step = -1};
+    const co_element_batches_spec spec = {.patches = &a->patches,
+                                          .cache = a->cache,
+                                          .lanes = a->kernel->lanes,
+                                          .rule = a->rule,
+                                          .step = -1,
+                                          .coarsest = a->coarsest};
     co_values values;
     *changed = 0;
     if (isinf(tolerance)) /* rules that nothing checks stay as they are */
         return CURVOPT_OK;
-    uint8_t *spare = CO_NEW(uint8_t, a->patches.n_patches);
+    int8_t *spare = CO_NEW(int8_t, a->patches.n_patches);
     if (!spare)
         return co_status_no_memory(error);
     int32_t status = co_element_batches_create(&spec, &coarser, error);

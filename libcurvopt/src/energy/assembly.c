@@ -39,6 +39,7 @@ int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
                                     .cache = a->cache,
                                     .lanes = a->kernel->lanes,
                                     .rule = a->rule,
+                                    .coarsest = a->coarsest,
                                     .gradients = 1 + needs_area_gradient(a)};
     int32_t status = co_element_batches_make_tables(&spec, error);
     if (status == CO_CANCELLED) /* the result is evaluated by the batches of before */
@@ -62,7 +63,7 @@ int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
 
 /* Sets the rules of the beginning, and the patches' weights. */
 static int32_t start_rules(co_assembly *a, int first_rule, const double *face_weight, curvopt_error *error) {
-    a->rule = CO_NEW(uint8_t, a->patches.n_patches);
+    a->rule = CO_NEW(int8_t, a->patches.n_patches);
     a->weight = face_weight ? CO_NEW(double, a->patches.n_patches) : NULL;
     if (!a->rule || (face_weight && !a->weight))
         return co_status_no_memory(error);
@@ -203,9 +204,41 @@ void co_assembly_free(co_assembly *a) {
     *a = (co_assembly){0};
 }
 
+static int32_t coarsest_of(const co_assembly *a, int32_t coarsest, int32_t p) {
+    const int32_t of_kind = co_element_batches_coarsest(a->surface, a->patches.kind[p]);
+    return coarsest > of_kind ? coarsest : of_kind;
+}
+
+int32_t co_assembly_coarsest_of(const co_assembly *a, int32_t p) {
+    return coarsest_of(a, a->coarsest, p);
+}
+
+int32_t co_assembly_n_rough(const co_assembly *a) {
+    int32_t n = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++)
+        n += coarsest_of(a, CO_ROUGH_RULE, p) == CO_ROUGH_RULE;
+    return n;
+}
+
+int32_t co_assembly_set_coarsest(co_assembly *a, int32_t coarsest, curvopt_error *error) {
+    int is_other = 0;
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        const int32_t now = coarsest_of(a, coarsest, p);
+        if (a->rule[p] != coarsest_of(a, a->coarsest, p) && a->rule[p] >= now)
+            continue;
+        is_other |= a->rule[p] != now;
+        a->rule[p] = (int8_t)now;
+    }
+    a->coarsest = coarsest;
+    return is_other ? co_assembly_update_batches(a, error) : CURVOPT_OK;
+}
+
 int32_t co_assembly_copy_rules(co_assembly *a, const co_assembly *from, curvopt_error *error) {
     a->met = from->met;
-    memcpy(a->rule, from->rule, (size_t)a->patches.n_patches);
+    for (int32_t p = 0; p < a->patches.n_patches; p++) {
+        const int32_t coarsest = co_assembly_coarsest_of(a, p);
+        a->rule[p] = from->rule[p] > coarsest ? from->rule[p] : (int8_t)coarsest;
+    }
     return co_assembly_update_batches(a, error);
 }
 

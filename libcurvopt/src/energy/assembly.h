@@ -53,7 +53,8 @@ typedef struct co_assembly {
     int32_t *isolated;                 /* [n_isolated] vertices that no face uses, ascending; NULL: none */
     int32_t n_isolated;                /* number of these */
     double *weight;                    /* [n_patches] factor of each patch's contribution; NULL: all are 1 */
-    uint8_t *rule;                     /* [n_patches] quadrature rule, 0 .. CO_FINEST_RULE */
+    int8_t *rule;                      /* [n_patches] quadrature rule, up to CO_FINEST_RULE */
+    int32_t coarsest;                  /* no patch's rule is below it: CO_ROUGH_RULE, else 0 */
     int32_t rules_version;             /* number of times that rules have changed */
     co_element_batches batches;        /* by the present rules */
     co_element_batches finer_batches;  /* by rules one step finer, for values only; made when first needed */
@@ -101,7 +102,16 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co
                            co_assembly *out, curvopt_error *error);
 void co_assembly_free(co_assembly *assembly);
 
-/* Takes over the rules of another assembly, of the same mesh, surface and weights. ERROR_MEMORY. */
+/* Patches may have rules down to this one, if their kind has it; those with the coarsest so far get the new one.
+ * ERROR_MEMORY. */
+int32_t co_assembly_set_coarsest(co_assembly *assembly, int32_t coarsest, curvopt_error *error);
+/* Number of patches whose kind has CO_ROUGH_RULE. */
+int32_t co_assembly_n_rough(const co_assembly *assembly);
+/* The coarsest rule that patch p may have. */
+int32_t co_assembly_coarsest_of(const co_assembly *assembly, int32_t p);
+
+/* Takes over the rules of another assembly, of the same mesh, surface and weights, but none that is too coarse here.
+ * ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
 
 /* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no

@@ -34,11 +34,16 @@ void co_element_batches_free(co_element_batches *l) {
 
 /* ------------------------------------------------------------------------------------------------- bins -- */
 
-/* A bin is for patches of one kind (fan.h) and one rule: number of the kind among the patches' times CO_N_RULES + rule.
- */
+/* A bin is for patches of one kind (fan.h) and one rule: number of the kind among the patches' times CO_N_RULES + rule
+ * less CO_ROUGH_RULE, the first. */
 static int32_t bin_of(const co_element_batches_spec *s, int32_t p) {
-    int number = s->rule[p] + s->step;
-    return co_patches_kind(s->patches, s->patches->kind[p]) * CO_N_RULES + (number > 0 ? number : 0);
+    const int32_t kind = s->patches->kind[p], of_kind = co_element_batches_coarsest(s->cache->surface, kind);
+    const int32_t coarsest = s->coarsest > of_kind ? s->coarsest : of_kind, rule = s->rule[p] + s->step;
+    return co_patches_kind(s->patches, kind) * CO_N_RULES + (rule > coarsest ? rule : coarsest) - CO_ROUGH_RULE;
+}
+
+static int32_t rule_of_bin(int32_t bin) {
+    return bin % CO_N_RULES + CO_ROUGH_RULE;
 }
 
 static int is_in(const co_element_batches_spec *s, int32_t p) {
@@ -69,7 +74,7 @@ static void sort_into_bins(const co_element_batches_spec *s, sorted_patches *d) 
 
 static int32_t table_of(const co_element_batches_spec *s, int32_t bin, const co_basis_table **table,
                         curvopt_error *error) {
-    return co_basis_table_cache_get(s->cache, s->patches->kinds[bin / CO_N_RULES], bin % CO_N_RULES, table, error);
+    return co_basis_table_cache_get(s->cache, s->patches->kinds[bin / CO_N_RULES], rule_of_bin(bin), table, error);
 }
 
 int32_t co_element_batches_make_tables(const co_element_batches_spec *s, curvopt_error *error) {
@@ -177,7 +182,7 @@ typedef struct place {
 static void add_block(const co_patches *patches, const co_basis_table *table, int32_t rule, const int32_t *order,
                       int32_t n_used, co_element_batches *l, place *at) {
     l->block[at->block].table = table;
-    l->block[at->block].rule = (uint8_t)rule;
+    l->block[at->block].rule = (int8_t)rule;
     l->block[at->block].points = at->points;
     fill_block(patches, order, n_used < CO_BLOCK_FACES ? n_used : CO_BLOCK_FACES, l, at->block);
     at->points += (size_t)table->n_points * CO_BLOCK_FACES;
@@ -194,12 +199,13 @@ static int32_t add_mixed(const co_patches *patches, const co_basis_table **table
     return status;
 }
 
-/* The blocks of one rule's mixed patches. */
-static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches *d, int32_t rule,
+/* The blocks of one rule's mixed patches; `first`: the rule's first bin. */
+static int32_t fill_mixed(const co_element_batches_spec *s, const sorted_patches *d, int32_t first,
                           co_element_batches *l, place *at, curvopt_error *error) {
+    const int32_t rule = rule_of_bin(first);
     const co_basis_table *tables[CO_BLOCK_FACES];
     int32_t order[CO_BLOCK_FACES], n = 0, status = CURVOPT_OK;
-    for (int32_t k = rule; k < d->n_bins; k += CO_N_RULES)
+    for (int32_t k = first; k < d->n_bins; k += CO_N_RULES)
         for (int32_t i = d->start[k] + d->whole[k]; status == CURVOPT_OK && i < d->start[k + 1]; i++) {
             order[n] = d->order[i];
             status = table_of(s, k, &tables[n++], error);
@@ -220,10 +226,10 @@ static int32_t fill_blocks(const co_element_batches_spec *s, const sorted_patche
         if (d->whole[k])
             status = table_of(s, k, &table, error);
         for (int32_t i = 0; status == CURVOPT_OK && i < d->whole[k]; i += CO_BLOCK_FACES)
-            add_block(s->patches, table, k % CO_N_RULES, d->order + d->start[k] + i, d->whole[k] - i, l, &at);
+            add_block(s->patches, table, rule_of_bin(k), d->order + d->start[k] + i, d->whole[k] - i, l, &at);
     }
-    for (int32_t rule = 0; rule < CO_N_RULES && status == CURVOPT_OK; rule++)
-        status = fill_mixed(s, d, rule, l, &at, error);
+    for (int32_t first = 0; first < CO_N_RULES && status == CURVOPT_OK; first++)
+        status = fill_mixed(s, d, first, l, &at, error);
     return status;
 }
 

@@ -12,6 +12,8 @@
 
 #include "energy/element_kernel.h"
 #include "surface/basis_table_cache.h"
+#include "surface/blend_fit.h"
+#include "surface/face_rule.h"
 #include "surface/patches.h"
 
 typedef struct co_block {
@@ -19,7 +21,7 @@ typedef struct co_block {
     size_t points;   /* place in co_element_batches.points of its [parts][table->n_points][lanes] (element_kernel.h) */
     size_t gradient; /* place among its batch's gradients of its [parts][table->n_points][1 + area][3][lanes] */
     int32_t n_used;  /* patches */
-    uint8_t rule;    /* of all of them */
+    int8_t rule;     /* of all of them */
 } co_block;
 
 /* A point that a batch contributes to. */
@@ -73,11 +75,17 @@ typedef struct co_element_batches_spec {
     const co_patches *patches;
     co_basis_table_cache *cache; /* tables are taken from here, and made here */
     int32_t lanes;               /* lanes of the kernel */
-    const uint8_t *rule;         /* [n_patches] */
+    const int8_t *rule;          /* [n_patches] */
     const uint8_t *only;         /* [n_patches] whether a patch is in a block; NULL: all are */
-    int step;                    /* added to every patch's rule; the result is at least 0, the coarsest */
+    int step;                    /* added to every patch's rule */
+    int coarsest;                /* the result is at least this rule, and the coarsest that the patch's kind has */
     int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
 } co_element_batches_spec;
+
+/* The coarsest rule that a kind of patch has on a surface. */
+static inline int32_t co_element_batches_coarsest(int32_t surface, int32_t kind) {
+    return co_face_rule_coarsest(co_blend_fit_surface(surface, kind), kind);
+}
 
 /* Makes the tables that co_element_batches_create() would have to make. ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_element_batches_make_tables(const co_element_batches_spec *spec, curvopt_error *error);

@@ -20,7 +20,7 @@ int32_t co_known_sums_keep(co_known_sums *known, int which, int32_t n_patches, c
     if (l->sums_of.placement != placement || l->n_known != l->n_blocks)
         return CURVOPT_OK;
     if (!known->rule[which])
-        known->rule[which] = CO_NEW(uint8_t, n_patches);
+        known->rule[which] = CO_NEW(int8_t, n_patches);
     if (!known->sums[which])
         known->sums[which] = CO_NEW(double, CO_N_SUMS *(size_t)n_patches);
     if (!known->rule[which] || !known->sums[which])

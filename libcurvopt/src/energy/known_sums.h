@@ -14,7 +14,7 @@ enum { CO_KNOWN_RULES = 2 }; /* kept of each patch: its own, and the one that th
 /* All 0 at first. */
 typedef struct co_known_sums {
     co_sums_of of[CO_KNOWN_RULES]; /* what the sums are of; unknown: none are kept */
-    uint8_t *rule[CO_KNOWN_RULES]; /* [n_patches] by which they are; CO_N_RULES: none */
+    int8_t *rule[CO_KNOWN_RULES];  /* [n_patches] by which they are; CO_N_RULES: none */
     double *sums[CO_KNOWN_RULES];  /* [n_patches][CO_N_SUMS] */
 } co_known_sums;
 

@@ -34,23 +34,21 @@ static int64_t key_of(const co_assembly *a, int coarser) {
     return coarser == CO_COARSEST_RULES ? KEY_OF_COARSEST : (int64_t)a->rules_version * CO_N_RULES + coarser;
 }
 
-/* Makes the batches, by rules so many steps coarser than the assembly's, or by that of matrices where there is none,
- * and room for them. */
+/* Makes the batches, by rules so many steps coarser than the assembly's, or the coarsest, and room for them. */
 static int32_t update_batches(co_assembly *a, co_sparse_hessian *h, int coarser, curvopt_error *error) {
     size_t lanes = (size_t)a->kernel->lanes;
-    uint8_t *rule = CO_NEW(uint8_t, a->patches.n_patches);
     co_element_batches_free(&h->batches);
     free(h->chunk);
     free(h->work);
     h->chunk = h->work = NULL;
     h->rules_key = NO_RULES;
-    if (!rule)
-        return co_status_no_memory(error);
-    for (int32_t p = 0; p < a->patches.n_patches; p++)
-        rule[p] = (uint8_t)(coarser > a->rule[p] ? co_face_rule_of_matrices(a->surface) : a->rule[p] - coarser);
-    co_element_batches_spec spec = {.patches = &a->patches, .cache = a->cache, .lanes = a->kernel->lanes, .rule = rule};
+    const co_element_batches_spec spec = {.patches = &a->patches,
+                                          .cache = a->cache,
+                                          .lanes = a->kernel->lanes,
+                                          .rule = a->rule,
+                                          .step = -coarser,
+                                          .coarsest = CO_ROUGH_RULE};
     int32_t status = co_element_batches_create(&spec, &h->batches, error);
-    free(rule);
     if (status != CURVOPT_OK)
         return status;
     h->matrix_stride = co_element_hessian_size(h->batches.max_points) * CO_BLOCK_FACES;

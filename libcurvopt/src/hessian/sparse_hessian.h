@@ -49,7 +49,7 @@ typedef struct co_second_kind {
                                  matrix  (element_kernel.c); NULL: the Hessian itself */
     const co_whole *whole;    /* NULL: the assembly's faces are all there are */
     const co_integrand *more; /* added to the Hessian's: what holds numbers of the surface; NULL: nothing */
-    int coarser; /* steps from the assembly's rules to coarser ones, the last to co_face_rule_of_matrices() */
+    int coarser; /* steps from the assembly's rules to coarser ones, at most to the coarsest of their kinds */
 } co_second_kind;
 
 /* Values at positions x [3 n_vertices], normalized as kind->before is. Of an objective A T, area times a third-order

@@ -103,6 +103,6 @@ int32_t co_subdomain_set_rules(co_assembly *a, const int32_t *rules, curvopt_err
                                   CO_FINEST_RULE);
     }
     for (int32_t p = 0; p < a->patches.n_patches; p++)
-        a->rule[p] = (uint8_t)rules[a->patches.place[p].face];
+        a->rule[p] = (int8_t)rules[a->patches.place[p].face];
     return co_assembly_update_batches(a, error);
 }

@@ -311,8 +311,10 @@ static int32_t refine(void *context, curvopt_error *error) {
     const double wanted = (l->is_final ? 1 : l->objective.run->tuning->working_factor) * l->tolerance;
     co_step_verdict verdict;
     l->is_forming = 0;
-    if (!(wanted < l->working_tolerance))
-        return CURVOPT_OK;
+    const int is_rough = l->objective.assembly.coarsest < 0;
+    const int32_t status = is_rough ? co_assembly_set_coarsest(&l->objective.assembly, 0, error) : CURVOPT_OK;
+    if (status != CURVOPT_OK || !(is_rough || wanted < l->working_tolerance))
+        return status;
     l->working_tolerance = wanted;
     l->objective.assembly.met = 0;
     co_level_objective_place(&l->objective, l->now.x);
@@ -422,11 +424,19 @@ static int finds_result(const co_run_context *run, co_motion motion, int32_t num
                                            co_run_context_is_last(run, number));
 }
 
-static double working_factor_of(const co_level *l) {
+/* While a shape forms, rules may be rough where evaluations are what takes the time; but where vertices slide freely
+ * they slide for what rules do not see. */
+static int may_be_rough(const co_level *l) {
+    const co_run_context *run = l->objective.run;
+    return l->is_forming && !l->is_final && !run->options->joshi_sequin &&
+           co_assembly_n_rough(&l->objective.assembly) >= run->tuning->rough_from;
+}
+
+static double working_factor_of(const co_level *l, int is_rough) {
     const co_tuning *t = l->objective.run->tuning;
-    return l->motion == CO_MOTION_NORMALS               ? 1
-           : l->objective.assembly.functional.has_third ? t->working_third
-                                                        : t->working_factor;
+    return l->motion == CO_MOTION_NORMALS                           ? 1
+           : is_rough || l->objective.assembly.functional.has_third ? t->working_forming
+                                                                    : t->working_factor;
 }
 
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
@@ -444,14 +454,18 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
+    int is_rough = 0;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
     if (status == CURVOPT_OK) {
-        l->working_tolerance = l->tolerance * working_factor_of(l);
+        is_rough = may_be_rough(l);
+        l->working_tolerance = l->tolerance * working_factor_of(l, is_rough);
         status = create_room(l, error);
     }
+    if (status == CURVOPT_OK && is_rough)
+        status = co_assembly_set_coarsest(&l->objective.assembly, CO_ROUGH_RULE, error);
     if (status == CURVOPT_OK)
         status = co_level_hessian_create(&l->objective, &l->hessian, error);
     if (status != CURVOPT_OK) {

@@ -33,7 +33,7 @@ int32_t co_standing_start_look(co_level *all, const co_symmetry *symmetry, const
     status = co_level_create(run, all->objective.mesh, symmetry, constraints, CO_MOTION_NORMALS, start, all->number, &l,
                              error);
     if (status == CURVOPT_OK) {
-        l->working_tolerance = l->tolerance * run->tuning->working_third;
+        l->working_tolerance = l->tolerance * run->tuning->working_forming;
         status = co_level_begin(l, error);
     }
     if (status == CURVOPT_OK && l->hessian.exists)

@@ -63,8 +63,7 @@ static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {
      {24, 8, 1e-6},
      {36, 10, 1e-7},
      {48, 12, 1e-8}}};
-/* CO_MATRIX_RULE of `limit`; elsewhere it is the first. */
-static const listed_rule of_limit_matrices = {2, 1, 1e-2};
+static const listed_rule rough = {2, 1, 1e-2};
 /* Points a side of a ring over those of the ring around it; 0: one less instead. */
 static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {
@@ -85,14 +84,12 @@ static int set_of(int32_t surface, int32_t kind) {
 
 co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number) {
     const int set = set_of(surface, kind);
-    const listed_rule *r = &rules[set][number == CO_MATRIX_RULE ? 0 : number];
-    if (number == CO_MATRIX_RULE && set == RULES_LIMIT)
-        r = &of_limit_matrices;
+    const listed_rule *r = number == CO_ROUGH_RULE ? &rough : &rules[set][number];
     return (co_face_rule){.points = r->points, .least = r->least, .hole = r->hole, .fall = fall[set]};
 }
 
-int32_t co_face_rule_of_matrices(int32_t surface) {
-    return surface == CURVOPT_SURFACE_LIMIT ? CO_MATRIX_RULE : 0; /* elsewhere they are the same, and so are tables */
+int32_t co_face_rule_coarsest(int32_t surface, int32_t kind) {
+    return set_of(surface, kind) == RULES_LIMIT ? CO_ROUGH_RULE : 0;
 }
 
 int co_face_rule_points(const co_face_rule *rule, int ring) {

@@ -4,10 +4,10 @@
 
 #include "surface/stam.h"
 
-/* The ladder's rules grow finer with their number; which face gets which is decided by assembly.h. CO_MATRIX_RULE is
- * coarser than them all on `limit`, else the first: too coarse for a function, and enough for a matrix by which steps
- * are found (libcurvopt/notes/75-rules-of-a-steps-matrix.md). */
-enum { CO_LADDER_RULES = 8, CO_MATRIX_RULE = CO_LADDER_RULES, CO_N_RULES };
+/* Rules grow finer with their number; which face gets which is decided by assembly.h. CO_ROUGH_RULE is of `limit`
+ * alone: too coarse for figures, and enough while a shape forms, and for a matrix by which steps are found
+ * (libcurvopt/notes/75-rules-of-a-steps-matrix.md). The ladder's are 0 and up. */
+enum { CO_LADDER_RULES = 8, CO_ROUGH_RULE = -1, CO_N_RULES = CO_LADDER_RULES - CO_ROUGH_RULE };
 enum { CO_FACE_RULE_GAUSS = 12 }; /* points a side of one Gauss rule at most; finer rules are of several sub-cells */
 
 typedef struct co_face_rule {
@@ -24,10 +24,10 @@ typedef struct co_ring_tail {
     int n_rings;            /* rings down to the hole */
 } co_ring_tail;
 
-/* Rule `number`, 0 .. CO_N_RULES - 1, of a kind of face on a surface (curvopt_surface). */
+/* Rule `number`, co_face_rule_coarsest() .. CO_LADDER_RULES - 1, of a kind of face on a surface (curvopt_surface). */
 co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number);
-/* The coarsest rule of matrices. */
-int32_t co_face_rule_of_matrices(int32_t surface);
+/* The number of the coarsest: CO_ROUGH_RULE or 0. */
+int32_t co_face_rule_coarsest(int32_t surface, int32_t kind);
 /* Points a side of the cells of a ring, 1, 2 and so on from the outermost. */
 int co_face_rule_points(const co_face_rule *rule, int ring);
 co_ring_tail co_face_rule_tail(const co_face_rule *rule, const co_stam_disc *disc, int32_t surface);
