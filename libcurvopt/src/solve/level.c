@@ -317,6 +317,8 @@ static int32_t refine(void *context, curvopt_error *error) {
         return status;
     l->working_tolerance = wanted;
     l->objective.assembly.met = 0;
+    if (is_rough) /* the function is another one, and what is held is measured anew */
+        evaluate_always(l, &l->now);
     co_level_objective_place(&l->objective, l->now.x);
     return co_step_review_check(&l->review, &l->now, &verdict, error);
 }
