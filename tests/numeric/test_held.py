@@ -368,7 +368,8 @@ def wavy_sheet(n: int, m: int, triangles: bool) -> lib.Mesh:
     return mesh_from_faces(points[kept], [[kept.index(v) for v in face] for face in faces])
 
 
-FLAT = [(False, hold, no_crossings) for hold in ("nothing", "area", "a point") for no_crossings in (0, 1)]
+FLAT = [(False, hold, no_crossings) for hold in ("nothing", "area", "a point", "a point elsewhere")
+        for no_crossings in (0, 1)]
 
 
 @pytest.mark.parametrize("triangles, hold, no_crossings", [
@@ -377,7 +378,8 @@ def test_a_surface_that_becomes_flat_is_a_minimum_at_once(triangles, hold, no_cr
     """An open cage whose boundary is free becomes a plane: what is left of its energy is rounding, which no rule resolves. (The
     rules had become finer without end, and a run that held its area took minutes.)"""
     mesh = wavy_sheet(9, 8, True) if triangles else wavy_sheet(5, 4, False)
-    more = {"nothing": {}, "area": {"hold": {"area": "keep"}}, "a point": {"through": lib.through([7])}}[hold]
+    more = {"nothing": {}, "area": {"hold": {"area": "keep"}}, "a point": {"through": lib.through([7])},
+            "a point elsewhere": {"through": lib.through([8], places=[[2.0, 1.0, 0.0]])}}[hold]
     result = lib.minimize(mesh, "willmore", levels=1, boundary=3, no_crossings=no_crossings, threads=1, **more)
     assert result.verdict == "minimum" and result.summary.end.objective <= 1e-20
     assert result.summary.end.area == pytest.approx(result.summary.start.area, rel=1e-6)

@@ -126,8 +126,9 @@ void co_level_objective_go_back(co_level_objective *o, co_iterate *now) {
 
 /* Smallest part of what is left to a target that is gone at once. */
 static const double LEAST_PART = 0.02;
-/* By which part of itself a value may rise on the way. */
-static const double MOST_RISE = 0.5;
+/* By which part of itself a value may rise on the way; of a sphere's stiffness where the value is less: a surface that
+ * is flat has nothing to rise by. */
+static const double MOST_RISE = 0.5, OF_SPHERE = 1e-2;
 
 int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, int *changed) {
     const co_run_context *run = o->run;
@@ -137,7 +138,8 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
         return 1;
     co_held_level_take_as_targets(&o->numbers, now->x);
     co_level_objective_evaluate(o, now);
-    const double before = now->value;
+    const double before = now->value, stiffness = co_penalty_stiffness(run->options->weights),
+                 most_value = before + MOST_RISE * fmax(fabs(before), OF_SPHERE * stiffness);
     from = *at;
     for (double part = 1; part > LEAST_PART; part *= 0.5) {
         for (int k = 0; k < at->n; k++)
@@ -147,7 +149,7 @@ int co_level_objective_aim(co_level_objective *o, double most, co_iterate *now, 
         memcpy(o->numbers.work, now->x, co_level_objective_n(o) * sizeof *now->x);
         co_level_objective_go_back(o, now);
         co_level_objective_evaluate(o, now);
-        if (now->value <= before + MOST_RISE * fabs(before)) {
+        if (now->value <= most_value) {
             *changed = 1;
             *run->held = *at;
             return part == 1;
