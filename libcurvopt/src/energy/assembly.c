@@ -205,8 +205,7 @@ void co_assembly_free(co_assembly *a) {
 }
 
 static int32_t coarsest_of(const co_assembly *a, int32_t coarsest, int32_t p) {
-    const int32_t of_kind = co_element_batches_coarsest(a->surface, a->patches.kind[p]);
-    return coarsest > of_kind ? coarsest : of_kind;
+    return co_element_batches_coarsest(a->surface, a->patches.kind[p], coarsest);
 }
 
 int32_t co_assembly_coarsest_of(const co_assembly *a, int32_t p) {

@@ -37,8 +37,8 @@ void co_element_batches_free(co_element_batches *l) {
 /* A bin is for patches of one kind (fan.h) and one rule: number of the kind among the patches' times CO_N_RULES + rule
  * less CO_ROUGH_RULE, the first. */
 static int32_t bin_of(const co_element_batches_spec *s, int32_t p) {
-    const int32_t kind = s->patches->kind[p], of_kind = co_element_batches_coarsest(s->cache->surface, kind);
-    const int32_t coarsest = s->coarsest > of_kind ? s->coarsest : of_kind, rule = s->rule[p] + s->step;
+    const int32_t kind = s->patches->kind[p], rule = s->rule[p] + s->step;
+    const int32_t coarsest = co_element_batches_coarsest(s->cache->surface, kind, s->coarsest);
     return co_patches_kind(s->patches, kind) * CO_N_RULES + (rule > coarsest ? rule : coarsest) - CO_ROUGH_RULE;
 }
 

@@ -82,9 +82,10 @@ typedef struct co_element_batches_spec {
     int gradients;               /* gradients by every point: 0 none, 1 the integrand's, 2 the area's as well */
 } co_element_batches_spec;
 
-/* The coarsest rule that a kind of patch has on a surface. */
-static inline int32_t co_element_batches_coarsest(int32_t surface, int32_t kind) {
-    return co_face_rule_coarsest(co_blend_fit_surface(surface, kind), kind);
+/* The coarsest rule from `coarsest` on that a kind of patch has on a surface. */
+static inline int32_t co_element_batches_coarsest(int32_t surface, int32_t kind, int32_t coarsest) {
+    const int32_t of_kind = co_face_rule_coarsest(co_blend_fit_surface(surface, kind), kind);
+    return coarsest > of_kind ? coarsest : of_kind;
 }
 
 /* Makes the tables that co_element_batches_create() would have to make. ERROR_MEMORY, CO_CANCELLED. */

@@ -305,19 +305,23 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return status;
 }
 
+static int is_rough(const co_level *l) {
+    return l->objective.assembly.coarsest == CO_ROUGH_RULE;
+}
+
 /* Rules that are good enough for a result, or for what comes before it; the iterate is held against them. */
 static int32_t refine(void *context, curvopt_error *error) {
     co_level *l = context;
     const double wanted = (l->is_final ? 1 : l->objective.run->tuning->working_factor) * l->tolerance;
     co_step_verdict verdict;
     l->is_forming = 0;
-    const int is_rough = l->objective.assembly.coarsest < 0;
-    const int32_t status = is_rough ? co_assembly_set_coarsest(&l->objective.assembly, 0, error) : CURVOPT_OK;
-    if (status != CURVOPT_OK || !(is_rough || wanted < l->working_tolerance))
+    const int was_rough = is_rough(l);
+    const int32_t status = co_assembly_set_coarsest(&l->objective.assembly, 0, error);
+    if (status != CURVOPT_OK || !(was_rough || wanted < l->working_tolerance))
         return status;
     l->working_tolerance = wanted;
     l->objective.assembly.met = 0;
-    if (is_rough) /* the function is another one, and what is held is measured anew */
+    if (was_rough) /* the function is another one, and what is held is measured anew */
         evaluate_always(l, &l->now);
     co_level_objective_place(&l->objective, l->now.x);
     return co_step_review_check(&l->review, &l->now, &verdict, error);
@@ -434,11 +438,11 @@ static int may_be_rough(const co_level *l) {
            co_assembly_n_rough(&l->objective.assembly) >= run->tuning->rough_from;
 }
 
-static double working_factor_of(const co_level *l, int is_rough) {
+static double working_factor_of(const co_level *l) {
     const co_tuning *t = l->objective.run->tuning;
-    return l->motion == CO_MOTION_NORMALS                           ? 1
-           : is_rough || l->objective.assembly.functional.has_third ? t->working_forming
-                                                                    : t->working_factor;
+    return l->motion == CO_MOTION_NORMALS                              ? 1
+           : is_rough(l) || l->objective.assembly.functional.has_third ? t->working_forming
+                                                                       : t->working_factor;
 }
 
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
@@ -456,18 +460,16 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
     l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
-    int is_rough = 0;
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
+    if (status == CURVOPT_OK && may_be_rough(l))
+        status = co_assembly_set_coarsest(&l->objective.assembly, CO_ROUGH_RULE, error);
     if (status == CURVOPT_OK) {
-        is_rough = may_be_rough(l);
-        l->working_tolerance = l->tolerance * working_factor_of(l, is_rough);
+        l->working_tolerance = l->tolerance * working_factor_of(l);
         status = create_room(l, error);
     }
-    if (status == CURVOPT_OK && is_rough)
-        status = co_assembly_set_coarsest(&l->objective.assembly, CO_ROUGH_RULE, error);
     if (status == CURVOPT_OK)
         status = co_level_hessian_create(&l->objective, &l->hessian, error);
     if (status != CURVOPT_OK) {

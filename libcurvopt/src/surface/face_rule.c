@@ -63,7 +63,7 @@ static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {
      {24, 8, 1e-6},
      {36, 10, 1e-7},
      {48, 12, 1e-8}}};
-static const listed_rule rough = {2, 1, 1e-2};
+static const listed_rule rough = {2, 1, 1e-2}; /* CO_ROUGH_RULE */
 /* Points a side of a ring over those of the ring around it; 0: one less instead. */
 static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
 enum {

@@ -6,7 +6,7 @@
 
 /* Rules grow finer with their number; which face gets which is decided by assembly.h. CO_ROUGH_RULE is of `limit`
  * alone: too coarse for figures, and enough while a shape forms, and for a matrix by which steps are found
- * (libcurvopt/notes/75-rules-of-a-steps-matrix.md). The ladder's are 0 and up. */
+ * (libcurvopt/notes/25-checking-steps.md, 75-rules-of-a-steps-matrix.md). The ladder's are 0 and up. */
 enum { CO_LADDER_RULES = 8, CO_ROUGH_RULE = -1, CO_N_RULES = CO_LADDER_RULES - CO_ROUGH_RULE };
 enum { CO_FACE_RULE_GAUSS = 12 }; /* points a side of one Gauss rule at most; finer rules are of several sub-cells */
 
