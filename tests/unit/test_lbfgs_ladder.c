@@ -153,14 +153,17 @@ static void test_direction_that_does_not_descend_is_replaced_by_the_gradient(voi
 typedef struct preconditioned {
     problem p; /* first, so that it is the callbacks' context */
     int n_updates, at[32], applied, wants_hessian;
-    double unit; /* it is this multiple of the unit matrix instead; 0: it is not */
+    double unit;     /* it is this multiple of the unit matrix instead; 0: it is not */
+    double softness; /* above 1: it is so many times too soft */
 } preconditioned;
 
 static int precondition(void *context, const double *in, double *out) {
     preconditioned *c = context;
     c->applied++;
-    for (int i = 0; i < c->p.n; i++)
-        out[i] = in[i] * (c->unit > 0 ? c->unit : (i % 2 ? 0.8 : 1.2) / pow(c->p.condition, (double)i / c->p.n));
+    for (int i = 0; i < c->p.n; i++) {
+        const double exact = 1 / pow(c->p.condition, (double)i / c->p.n);
+        out[i] = in[i] * (c->unit > 0 ? c->unit : fmax(1, c->softness) * (i % 2 ? 0.8 : 1.2) * exact);
+    }
     return 0;
 }
 
@@ -221,7 +224,7 @@ static void test_searches_begin_where_the_last_decrease_says(void **state) {
         run r = {.options = usual_options};
         co_tuning tuning = co_tuning_defaults;
         if (from_all)
-            tuning.lbfgs_first_least = 1;
+            tuning.lbfgs_least_part = 1;
         r.options.tuning = &tuning;
         r.options.memory = 0; /* or it would learn */
         r.options.update_every = 100;
@@ -231,6 +234,30 @@ static void test_searches_begin_where_the_last_decrease_says(void **state) {
     }
     CHECK_BETWEEN(evaluations[0], 10, 16);
     CHECK_BETWEEN(evaluations[1], 20, 100);
+}
+
+/* A matrix that is too soft is scaled by what the newest pair has found: directions are as long as by the matrix that
+ * it ought to be, and searches need not cut them. */
+static void test_a_pair_says_by_how_much_a_matrix_is_too_soft(void **state) {
+    (void)state;
+    int evaluations[2] = {0, 0};
+    for (int is_scaled = 0; is_scaled < 2; is_scaled++) {
+        for (double softness = 1; softness <= 16; softness *= 2) {
+            preconditioned c = {.p = {.shape = QUADRATIC, .n = 12, .condition = 1e4}, .softness = softness};
+            run r = {.options = usual_options};
+            r.options.is_scaled = is_scaled;
+            r.options.memory = 3;
+            r.options.update_every = 100;
+            r.options.max_iterations = 9;
+            r.options.max_step = 1e3;
+            minimize_preconditioned(&c, &r);
+            CHECK_BETWEEN(r.now.value - 1, 0, 1e-9);
+            evaluations[is_scaled] += r.result.evaluations;
+            CHECK_INT(c.applied, (1 + is_scaled) * r.result.iterations - is_scaled); /* the first step has no pair */
+        }
+    }
+    CHECK_BETWEEN(evaluations[0], 35, 60);
+    CHECK_BETWEEN(evaluations[1], 20, 28);
 }
 
 static void linear_at(void *context, co_iterate *at) {
@@ -363,6 +390,7 @@ int main(void) {
         cmocka_unit_test(test_direction_that_does_not_descend_is_replaced_by_the_gradient),
         cmocka_unit_test(test_preconditioner_is_updated_at_regular_steps),
         cmocka_unit_test(test_searches_begin_where_the_last_decrease_says),
+        cmocka_unit_test(test_a_pair_says_by_how_much_a_matrix_is_too_soft),
         cmocka_unit_test(test_a_linear_function_teaches_nothing),
         cmocka_unit_test(test_nothing_works_at_the_start_is_a_stall),
         cmocka_unit_test(test_nothing_works_later_is_a_stall_at_the_last_iterate),

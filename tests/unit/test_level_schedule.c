@@ -12,7 +12,7 @@ static const co_level_facts usual = {
 
 static void test_which_stages_there_are(void **state) {
     (void)state;
-    for (int bits = 0; bits < 64; bits++) {
+    for (int bits = 0; bits < 128; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_on_normals = bits >> 1 & 1;
@@ -38,6 +38,7 @@ static void test_tolerances(void **state) {
         f.has_hessian = bits >> 3 & 1;
         f.has_repulsion = bits >> 4 & 1;
         f.is_near = bits >> 5 & 1;
+        f.is_rough = bits >> 6 & 1;
         const co_level_schedule s = co_level_schedule_make(&f, t);
         for (int forming = 0; forming < 2; forming++) {
             const co_method_options *o = forming ? &s.forming : &s.options;
@@ -49,6 +50,7 @@ static void test_tolerances(void **state) {
             CHECK_NEAR(o->settled_decrease, f.is_final ? 3e-7 * t->final_settled : t->coarse_settled, 0);
             CHECK_INT(o->settled_steps, forming && !f.expects_plateau ? t->quick_steps : t->slow_steps);
             CHECK_INT(o->update_every, f.is_final || f.has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every);
+            CHECK_INT(o->is_scaled, forming && f.is_rough);
             CHECK_INT(o->by_hessian, !forming && !f.is_final && !f.is_near);
             CHECK_NEAR(o->gradient_tolerance, 1e-9, 0);
             CHECK_NEAR(o->max_step, 0.2, 0);

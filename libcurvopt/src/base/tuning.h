@@ -31,7 +31,8 @@
     X(int, lbfgs_update_often, 5, 1, 100, "steps", "the same beside repulsion, and where spacing is free", "46")       \
     X(double, lbfgs_short_share, 0.5, 0.01, 1, "of a direction", "a shorter step says that the matrix is too soft",    \
       "51")                                                                                                            \
-    X(double, lbfgs_first_least, 0.05, 1e-6, 1, "of a direction", "a search begins with no less", "51")                \
+    X(double, lbfgs_least_part, 0.05, 1e-6, 1, "of a direction", "a search begins with no less; of a matrix likewise", \
+      "51")                                                                                                            \
     X(int, lbfgs_small_steps, 4, 1, 100, "steps", "one may be small because the matrix was stiffened", "50")           \
     /* Damped Newton: optimize/damped_newton.c. Gain ratio: actual over predicted decrease. */                         \
     X(double, newton_accept, 0.01, 1e-8, 0.5, "gain ratio", "from here on a step stands", "55")                        \

@@ -31,7 +31,8 @@ typedef struct solver {
     co_outcome *outcome;
     history h;
     co_iterate trial;
-    double *direction;
+    double *direction; /* [n] */
+    double *image;     /* [n] work: what the preconditioner makes of a vector */
     co_step_control control;
     double decrease;    /* by the last step; 0 where none is known */
     double slope;       /* gradient.direction */
@@ -59,15 +60,27 @@ static void history_update(history *h, size_t n, double least_curvature, const c
         h->n_pairs++;
 }
 
-/* The initial inverse Hessian: the preconditioner; or, without one, the scaling of the newest pair; or, without any
- * pair, a tenth of the cap along the gradient. */
+/* What of the preconditioner's step the newest pair has found to be right: s.y / y.P^-1 y, at most all. Where P is too
+ * soft that makes shorter what P alone knows of, and leaves what the pairs know of as it is, where a shorter step would
+ * cut both (Oren, Luenberger, "Self-scaling variable metric (SSVM) algorithms", Management Science 20, 1974). */
+static double part_of_preconditioner(const solver *s) {
+    const history *h = &s->h;
+    const double *y = h->y + (size_t)h->newest * s->f->n;
+    if (!h->n_pairs || s->f->precondition(s->f->context, y, s->image) != 0)
+        return 1;
+    const double part = 1 / (h->inverse_sy[h->newest] * co_vector_dot(s->f->n, y, s->image));
+    return fmin(1, fmax(s->options->tuning->lbfgs_least_part, part));
+}
+
+/* The initial inverse Hessian: so much of the preconditioner's; or, without one, the scaling of the newest pair; or,
+ * without any pair, a tenth of the cap along the gradient. */
 static void apply_initial(const solver *s, double *d) {
     size_t n = s->f->n;
     const history *h = &s->h;
     double scale;
-    if (s->f->precondition && s->f->precondition(s->f->context, d, d) == 0)
-        return;
-    if (h->n_pairs) {
+    if (s->f->precondition && s->f->precondition(s->f->context, d, d) == 0) {
+        scale = s->options->is_scaled ? part_of_preconditioner(s) : 1;
+    } else if (h->n_pairs) {
         const double *y = h->y + (size_t)h->newest * n;
         scale = 1 / (h->inverse_sy[h->newest] * co_vector_dot(n, y, y));
     } else {
@@ -115,7 +128,7 @@ static double step_excess_of(const solver *s, double length, double step) {
 /* What of a direction to try first: all; of a matrix, where the step comes that would bring what the last one brought
  * (Nocedal, Wright, "Numerical optimization", 2nd ed. 2006, eq. 3.60). */
 static double first_step(const solver *s, const co_iterate *now) {
-    const double least = s->options->tuning->lbfgs_first_least, margin = 1.01;
+    const double least = s->options->tuning->lbfgs_least_part, margin = 1.01;
     if (!s->f->precondition || !(s->decrease > KNOWN_DECREASE * fabs(now->value)))
         return 1;
     return fmin(1, fmax(least, -2 * margin * s->decrease / s->slope));
@@ -214,7 +227,8 @@ int32_t co_lbfgs(const co_objective *f, const co_method_options *options, co_ite
     double *trial_x = CO_NEW(double, n), *trial_gradient = CO_NEW(double, n), *x = now->x, *gradient = now->gradient;
     s.trial = (co_iterate){.x = trial_x, .gradient = trial_gradient};
     s.direction = CO_NEW(double, n);
-    if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction) {
+    s.image = CO_NEW(double, n);
+    if (!s.h.s || !s.h.y || !s.h.inverse_sy || !s.h.alpha || !trial_x || !trial_gradient || !s.direction || !s.image) {
         status = co_status_no_memory(error);
     } else {
         outcome->stop = iterate(&s, now);
@@ -227,5 +241,6 @@ int32_t co_lbfgs(const co_objective *f, const co_method_options *options, co_ite
     free(trial_x);
     free(trial_gradient);
     free(s.direction);
+    free(s.image);
     return status;
 }

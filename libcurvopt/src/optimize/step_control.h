@@ -18,6 +18,7 @@ typedef struct co_method_options {
     int small_steps;  /* in a row, that promise so little, before L-BFGS has converged; 0: tuning's */
     int memory;       /* pairs that L-BFGS keeps */
     int by_hessian;   /* L-BFGS' preconditioner is the Hessian, not the Gauss-Newton matrix */
+    int is_scaled;    /* that preconditioner is, where it is too soft */
     int update_every; /* steps between updates of L-BFGS' preconditioner */
     int closely; /* Newton's method asks for matrices closely from the first one on, and a step that is small by its
                     shift is not its end: for where the certificate was not met */

@@ -101,6 +101,10 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
     return CO_STEP_CHANGED;
 }
 
+static int is_rough(const co_level *l) {
+    return l->objective.assembly.coarsest == CO_ROUGH_RULE;
+}
+
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     co_level *l = context;
     co_step_verdict verdict = CO_STEP_KEEP;
@@ -109,7 +113,7 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
         return CO_STEP_STOP;
     }
     const co_step_facts facts = {.iteration = iteration,
-                                 .has_hessian = l->hessian.exists,
+                                 .counts_length = l->hessian.exists && !is_rough(l),
                                  .length = co_level_objective_distance(&l->objective, before->x, now->x),
                                  .defect = now->found[CO_FOUND_DEFECT]};
     co_level_objective_normalize(&l->objective, now);
@@ -305,10 +309,6 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     return status;
 }
 
-static int is_rough(const co_level *l) {
-    return l->objective.assembly.coarsest == CO_ROUGH_RULE;
-}
-
 /* Rules that are good enough for a result, or for what comes before it; the iterate is held against them. */
 static int32_t refine(void *context, curvopt_error *error) {
     co_level *l = context;
@@ -344,6 +344,7 @@ static co_level_schedule schedule_of(const co_level *l, const co_level_prospect 
                                   .is_final = l->is_final,
                                   .is_on_normals = l->motion == CO_MOTION_NORMALS,
                                   .has_hessian = l->hessian.exists,
+                                  .is_rough = is_rough(l),
                                   .has_repulsion = l->objective.repulsion.mesh != NULL,
                                   .expects_plateau = prospect->expects_plateau,
                                   .is_near = prospect->is_near,

@@ -34,6 +34,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
         start_near(f, &s);
     s.forming = s.options;
     s.forming.by_hessian = 0;
+    s.forming.is_scaled = f->is_rough;
     s.forming.decrement_tolerance = fmax(tolerance, t->coarse_decrement);
     s.forming.settled_steps = f->expects_plateau ? t->slow_steps : t->quick_steps;
     return s;

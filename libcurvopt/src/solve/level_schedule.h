@@ -28,6 +28,7 @@ typedef struct co_level_facts {
     int is_final;        /* what is found is the run's result */
     int is_on_normals;   /* only the shape may change */
     int has_hessian;     /* the method uses second derivatives, and there are variables */
+    int is_rough;        /* the shape forms by rules too coarse for a result, through hundreds of steps as a rule */
     int expects_plateau; /* the level starts near a saddle: that is not to be taken for the shape */
     int has_repulsion;   /* what comes close to what is another thing after few steps */
     int is_near;         /* the level starts near its minimum, with a matrix that was good there */

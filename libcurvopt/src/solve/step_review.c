@@ -41,7 +41,7 @@ int co_step_review_is_due(const co_step_review *r, const co_step_facts *facts) {
     const co_tuning *t = r->tuning;
     int is_suspicious = !(facts->defect <= t->defect_growth * r->defect + DEFECT_FLOOR);
     return is_suspicious || facts->iteration % t->review_every == 0 ||
-           (facts->has_hessian && facts->length > t->review_step);
+           (facts->counts_length && facts->length > t->review_step);
 }
 
 void co_step_review_take_back(co_step_review *r, co_iterate *now) {

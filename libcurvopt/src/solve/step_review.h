@@ -1,8 +1,8 @@
 /* Whether a step that looks like progress is progress: the review of steps against finer quadrature.
  *
  * With a fixed quadrature rule the discrete energy has no lower bound, and an optimizer finds that out. Here the rules
- * are held against finer ones after every few steps, after a long step, and when Gauss-Bonnet's defect, which is free,
- * has grown. A step that looked like progress only to a rule too coarse is taken back.
+ * are held against finer ones after every few steps, after a long step unless they are rough, and when Gauss-Bonnet's
+ * defect, which is free, has grown. A step that looked like progress only to a rule too coarse is taken back.
  *
  * What is reviewed is a function behind callbacks: in a run a level's energy, in tests a toy.
  *
@@ -39,9 +39,9 @@ typedef struct co_step_review {
 /* What is known of a step before a review. */
 typedef struct co_step_facts {
     int iteration;
-    int has_hessian; /* the method takes long steps */
-    double length;   /* of the step, in mean edges */
-    double defect;   /* Gauss-Bonnet's where the step leads, by the present rules */
+    int counts_length; /* a long step is due: the method takes such, and rules are not rough */
+    double length;     /* of the step, in mean edges */
+    double defect;     /* Gauss-Bonnet's where the step leads, by the present rules */
 } co_step_facts;
 
 /* Room for n variables, and at least one. ERROR_MEMORY. */
