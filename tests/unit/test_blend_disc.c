@@ -285,15 +285,25 @@ static void test_discs_of_width_1_change_no_surface(void **state) {
 /* Hessians are scattered by co_patches_own_is_used, which knows no rule: every table's points must be among them. */
 static void test_no_rule_has_points_that_no_patch_expects(void **state) {
     (void)state;
-    const int32_t kind = co_fan_make_wide(2 * CO_STAM_WINDOW + 4, 1, 0, 0); /* the least that leaves points out */
-    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
-        co_basis_table *t;
-        curvopt_error error;
-        CHECK_OK(co_basis_table_create(CURVOPT_SURFACE_POLYNOMIAL, kind, rule, &t, &error), &error);
-        for (int32_t p = 0; p < t->n_own; p++)
-            CHECK_TRUE(co_patches_own_is_used(kind, t->support[p]));
-        co_basis_table_destroy(t);
-    }
+    const int32_t kinds[] = {co_fan_make_wide(2 * CO_STAM_WINDOW + 4, 1, 0, 0), /* the least that leaves points out */
+                             3, 5, 7},
+                  surfaces[] = {CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_PLANE, CURVOPT_SURFACE_POLYNOMIAL};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        for (size_t s = k == 0 ? 2 : 0; s < 3; s++) {
+            int32_t n_used = 0, n_all = co_patches_own_size(kinds[k]);
+            for (int32_t i = 0; i < n_all; i++)
+                n_used += co_patches_own_is_used(surfaces[s], kinds[k], i);
+            for (int32_t rule = co_face_rule_coarsest(surfaces[s], kinds[k]); rule < CO_LADDER_RULES; rule++) {
+                co_basis_table *t;
+                curvopt_error error;
+                CHECK_OK(co_basis_table_create(surfaces[s], kinds[k], rule, &t, &error), &error);
+                for (int32_t p = 0; p < t->n_own; p++)
+                    CHECK_TRUE(co_patches_own_is_used(surfaces[s], kinds[k], t->support[p]));
+                if (k > 0)
+                    CHECK_INT(t->n_own, n_used); /* and no more */
+                co_basis_table_destroy(t);
+            }
+        }
 }
 
 int main(void) {

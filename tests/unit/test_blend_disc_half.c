@@ -223,7 +223,7 @@ static void test_rows_sum_to_one(void **state) {
                 curvopt_error error;
                 CHECK_OK(co_basis_table_create(POLYNOMIAL, kind, rule, &t, &error), &error);
                 for (int32_t p = 0; p < t->n_own; p++)
-                    CHECK_TRUE(co_patches_own_is_used(kind, t->support[p]));
+                    CHECK_TRUE(co_patches_own_is_used(CURVOPT_SURFACE_POLYNOMIAL, kind, t->support[p]));
                 for (int32_t i = 0; i < t->n_samples; i++)
                     for (int k = 0; k < CO_JET; k++) {
                         double sum = 0, size = 1;

@@ -11,11 +11,12 @@ void co_couplings_free(co_couplings *c) {
     *c = (co_couplings){0};
 }
 
-/* Points all pairs of which have entries in the matrix: those of a patch, or, numbered after the patches, those of a
- * blend disc, whose patches then have none, and after these those of a coupling. */
+/* Points all pairs of which have entries in the matrix: those that the surface on a patch can depend on, or, numbered
+ * after the patches, those of a blend disc, whose patches then have none, and after these those of a coupling. */
 typedef struct clique {
     const int32_t *point;
     size_t n;
+    int32_t kind; /* of the patch, of whose points some are not in it; CO_FAN_REGULAR: all are */
 } clique;
 
 /* All that has cliques. */
@@ -33,14 +34,14 @@ static clique clique_of(const source *s, int32_t k) {
     const int32_t coupling = k - patches->n_patches - patches->wide.n_discs;
     if (coupling >= 0)
         return (clique){s->couplings->vertex + s->couplings->start[coupling],
-                        s->couplings->start[coupling + 1] - s->couplings->start[coupling]};
+                        s->couplings->start[coupling + 1] - s->couplings->start[coupling], CO_FAN_REGULAR};
     if (k >= patches->n_patches) {
         const co_blend_disc *disc = &patches->wide.disc[k - patches->n_patches];
         int32_t n = disc->is_used ? co_blend_disc_fit_of(&patches->wide, disc)->n_points : 0;
-        return (clique){patches->wide.column + disc->column, (size_t)n};
+        return (clique){patches->wide.column + disc->column, (size_t)n, CO_FAN_REGULAR};
     }
     size_t n = co_fan_is_wide(patches->kind[k]) ? 0 : patches->start[k + 1] - patches->start[k];
-    return (clique){patches->points + patches->start[k], n};
+    return (clique){patches->points + patches->start[k], n, patches->kind[k]};
 }
 
 /* Which nodes are in which cliques, both ways round. Each pair is there once: a node of a pole is in a clique by many
@@ -61,6 +62,8 @@ static void visit_nodes_of_cliques(const source *s, const co_dof_map *r, co_canc
     for (int32_t p = 0; p < number_of_cliques(s) && !co_cancel_is_due(cancel); p++) {
         clique points = clique_of(s, p);
         for (size_t i = 0; i < points.n; i++) {
+            if (!co_patches_own_is_used(s->patches->surface, points.kind, (int32_t)i))
+                continue;
             co_point_row row = co_patches_row(s->patches, &points.point[i]);
             for (size_t k = 0; k < row.n; k++) {
                 int32_t node = r->node[row.vertex[k]];

@@ -34,7 +34,7 @@ typedef struct survey {
 /* The row of own point k of a patch; empty if nothing depends on it. */
 static co_point_row row_of(const survey *v, int32_t patch, int32_t k) {
     const co_patches *p = v->patches;
-    if (co_fan_is_wide(p->kind[patch]) && !co_patches_own_is_used(p->kind[patch], k))
+    if (!co_patches_own_is_used(p->surface, p->kind[patch], k))
         return (co_point_row){0};
     return co_patches_row(p, &p->points[p->start[patch] + (size_t)k]);
 }

@@ -409,7 +409,7 @@ static void number_coefficients(co_patches *p) {
 int32_t co_patches_create(const curvopt_mesh *mesh, const double *xyz, const double *face_weight, int32_t surface,
                           int widest, co_cancel *cancel, co_patches *out, curvopt_error *error) {
     level l = {.mesh = mesh, .surface = surface, .cancel = cancel}, next = {0};
-    *out = (co_patches){.n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
+    *out = (co_patches){.surface = surface, .n_cage = mesh->info.n_vertices, .n_points = mesh->info.n_vertices};
     int32_t status = level_allocate(&l, error), n_split = 0;
     int max_level = MAX_LEVEL + (int)ceil(co_crease_largest_fading(mesh));
     if (status == CURVOPT_OK && surface == CURVOPT_SURFACE_POLYNOMIAL && widest > 1)
@@ -456,6 +456,16 @@ co_point_row co_patches_row(const co_patches *p, const int32_t *point) {
     size_t begin = p->derived.start[*point - p->n_cage];
     return (co_point_row){p->derived.column + begin, p->derived.value + begin,
                           p->derived.start[*point - p->n_cage + 1] - begin};
+}
+
+int co_patches_own_is_used(int32_t surface, int32_t kind, int32_t i) {
+    const int32_t fan = co_fan_at_vertex(kind);
+    const int is_wide = co_fan_is_wide(kind),
+              is_fitted = !is_wide && co_blend_fit_surface(surface, kind) == CURVOPT_SURFACE_POLYNOMIAL;
+    if (co_patches_is_one_piece(kind) || is_fitted || co_patches_is_of_curve(kind, i)) /* a fit is of all the fan */
+        return 1;
+    const int has_window = is_wide && !co_fan_is_half(kind);
+    return co_stam_in_support(fan, i) && (!has_window || co_stam_in_window(fan, CO_STAM_WINDOW, i));
 }
 
 void co_patches_derive(const co_patches *p, double *points) {

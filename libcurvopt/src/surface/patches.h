@@ -34,6 +34,7 @@ typedef struct co_place {
 enum { CO_PATCHES_HALO = 2 }; /* rings of faces round a face that decide how it is evaluated */
 
 typedef struct co_patches {
+    int32_t surface;        /* curvopt_surface */
     int32_t n_cage;         /* number of the cage's vertices, which are the first points */
     int32_t n_points;       /* number of all points */
     co_sparse_rows derived; /* row r gives point n_cage + r from the cage's vertices */
@@ -93,12 +94,8 @@ static inline int co_patches_is_of_curve(int32_t kind, int32_t i) {
     return co_fan_is_half(kind) && i > 0 && (i - 1) % CO_RING_SECTOR < 2 &&
            ((i - 1) / CO_RING_SECTOR == 0 || (i - 1) / CO_RING_SECTOR == n);
 }
-/* Whether the surface on a patch of a disc can depend on own point i. */
-static inline int co_patches_own_is_used(int32_t kind, int32_t i) {
-    const int32_t fan = co_fan_at_vertex(kind);
-    return co_patches_is_one_piece(kind) || co_patches_is_of_curve(kind, i) ||
-           (co_stam_in_support(fan, i) && (co_fan_is_half(kind) || co_stam_in_window(fan, CO_STAM_WINDOW, i)));
-}
+/* Whether the surface (curvopt_surface) on a patch of that kind can depend on own point i. */
+int co_patches_own_is_used(int32_t surface, int32_t kind, int32_t i);
 /* Index of a kind in `kinds`. */
 int32_t co_patches_kind(const co_patches *patches, int32_t kind);
 
