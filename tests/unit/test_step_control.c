@@ -128,6 +128,11 @@ static void test_settled(void **state) {
         take(&s, values[k]);
         CHECK_INT(co_step_control_has_settled(&s.control, &s.now, s.outcome.iterations, 2, 1e-3), settled[k]);
     }
+    const double risen[] = {8, 9, 8.9995, 8.999}; /* finer rules saw more: only then two steps that bring little */
+    for (int k = 0; k < 4; k++) {
+        take(&s, risen[k]);
+        CHECK_INT(co_step_control_has_settled(&s.control, &s.now, s.outcome.iterations, 2, 1e-3), k == 3);
+    }
     s.toy.verdict = CO_STEP_REJECT;
     take(&s, 7);
     CHECK_INT(s.outcome.iterations % 2, 0);

@@ -65,7 +65,7 @@ int co_step_control_take(co_step_control *c, const co_objective *f, co_method me
 int co_step_control_has_settled(co_step_control *c, const co_iterate *now, int iterations, int steps, double decrease) {
     if (!c->last_stands || iterations % steps != 0)
         return 0;
-    int settled = c->mark - now->value < decrease * fabs(now->value);
+    int settled = fabs(c->mark - now->value) < decrease * fabs(now->value);
     c->mark = now->value;
     return settled;
 }

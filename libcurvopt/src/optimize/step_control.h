@@ -51,7 +51,8 @@ co_step_control co_step_control_begin(const co_tuning *tuning, double max_step, 
 int co_step_control_take(co_step_control *control, const co_objective *f, co_method method, co_iterate *now,
                          co_iterate *trial, co_outcome *outcome, co_step_verdict *verdict);
 /* Whether the last `steps` steps brought less than `decrease` times |value|; looked at once in so many. A step that was
- * taken back is not among them, and says nothing of the function. */
+ * taken back is not among them, and says nothing of the function. Where the value has risen by as much, the function
+ * has changed, and nothing is known yet of what steps bring. */
 int co_step_control_has_settled(co_step_control *control, const co_iterate *now, int iterations, int steps,
                                 double decrease);
 /* Methods let iterates change places: `now` back into the arrays that it came in. */
