@@ -12,7 +12,7 @@ static const co_level_facts usual = {
 
 static void test_which_stages_there_are(void **state) {
     (void)state;
-    for (int bits = 0; bits < 128; bits++) {
+    for (int bits = 0; bits < 64; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_on_normals = bits >> 1 & 1;
@@ -30,7 +30,7 @@ static void test_which_stages_there_are(void **state) {
 static void test_tolerances(void **state) {
     (void)state;
     const co_tuning *t = &co_tuning_defaults;
-    for (int bits = 0; bits < 64; bits++) {
+    for (int bits = 0; bits < 128; bits++) {
         co_level_facts f = usual;
         f.is_final = bits & 1;
         f.is_last = bits >> 1 & 1;
