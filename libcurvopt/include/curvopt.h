@@ -564,8 +564,8 @@ typedef struct curvopt_options {
     int32_t method;
     /* Number of optimizations; the cage is subdivided between them. 1..CURVOPT_MAX_LEVELS, default 4. */
     int32_t levels;
-    /* Largest number of steps of a level. A level that is solved again, with fewer symmetries, has as many anew, and
-     * its report counts them all. 0 or more, default 3000. */
+    /* Largest number of steps of a level. A level that is solved again, with fewer symmetries or by finer rules, has as
+     * many anew, and its report counts them all. 0 or more, default 3000. */
     int32_t max_iterations;
     /* Number of threads. 0..1024, default 0: as many as processors that the process may use. */
     int32_t threads;
@@ -1115,8 +1115,10 @@ CURVOPT_API int32_t curvopt_find_moving_level(const curvopt_mesh *mesh, const do
  *   A cage that is folded (curvopt_find_folds), so that its energies cannot be resolved, is unfolded first: vertices of
  * folded faces, and more round them as far as need be, are put between the others, as a thin plate would lie there
  * (summary.n_unfolded). Held vertices stay. Not with joshi_sequin, a strength below 1 or `within`; and not where that
- * leaves folds: then the run begins as it is given. A run that ends UNRESOLVED and higher than its input has the input
- * as its result, subdivided as often, unless places or numbers are held. */
+ * leaves folds: then the run begins as it is given. A level on which the surface comes to fold where quadrature does
+ * not see it in time begins again with a tenth of options.tolerance, and if need be with a hundredth; not with
+ * joshi_sequin or no_crossings. A run that ends UNRESOLVED and higher than its input has the input as its result,
+ * subdivided as often, unless places or numbers are held. */
 CURVOPT_API int32_t curvopt_minimize(const curvopt_mesh *mesh, const double *xyz, const curvopt_options *options,
                                      curvopt_progress_fn progress, void *user, const curvopt_cancel *cancel,
                                      curvopt_result **out, curvopt_error *error);

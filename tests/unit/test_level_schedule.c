@@ -214,6 +214,16 @@ static void test_newton_by_finer_rules(void **state) {
     CHECK_INT(end.stop, CONVERGED);
 }
 
+/* A fold that is found at the end is no result. */
+static void test_a_fold_at_the_end(void **state) {
+    (void)state;
+    co_level_facts f = usual;
+    f.is_last = f.is_final = f.is_on_normals = 1;
+    PLAY(&f, end, s, {ENDS(CONVERGED, 4, 40), .verdict = CO_STEP_STOP});
+    assert_string_equal(s.log, "NR");
+    CHECK_INT(end.stop, CURVOPT_STOP_UNRESOLVED);
+}
+
 /* It ends after so many rounds, whatever is left. */
 static void test_rounds_are_limited(void **state) {
     (void)state;
@@ -240,6 +250,7 @@ int main(void) {
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),
         cmocka_unit_test(test_newton_by_finer_rules),
+        cmocka_unit_test(test_a_fold_at_the_end),
         cmocka_unit_test(test_rounds_are_limited),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

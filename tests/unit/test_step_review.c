@@ -10,6 +10,7 @@
 typedef struct toy {
     int rule;
     int finest;      /* rules above this are needed and not to be had: not resolved */
+    int is_blind;    /* resolve() sees nothing */
     int fails;       /* resolve() is out of memory */
     int may_coarsen; /* coarsen() has something to take back */
     int resolves, coarsens, evaluations;
@@ -35,7 +36,7 @@ static int32_t resolve(void *context, const double *x, int *resolved, int *chang
     t->resolves++;
     if (t->fails)
         return co_status_no_memory(error);
-    while (t->rule < 2 && value_of(t->rule, x[0]) != value_of(2, x[0]))
+    while (t->rule < 2 && !t->is_blind && value_of(t->rule, x[0]) != value_of(2, x[0]))
         t->rule++;
     *resolved = t->rule <= t->finest;
     *changed = t->rule != before;
@@ -128,6 +129,27 @@ static void test_unresolved_and_failing(void **state) {
     CHECK_INT(check(&s, 5, CURVOPT_ERROR_MEMORY), CO_STEP_STOP);
     CHECK_NEAR(s.now.x[0], 6, 0);
     co_step_review_free(&s.review);
+}
+
+/* At 3.1 f is 10.61, and .61 by rule 0, which a blind review takes for safe. Whatever is seen next, be it lower, higher
+ * or not resolved, shows that it was not. */
+static void test_fold_that_was_not_seen_in_time(void **state) {
+    (void)state;
+    const struct {
+        double at;
+        int finest;
+    } cases[] = {{3.105, 2}, {3.095, 2}, {3.095, 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        fixture s;
+        begin(&s, 2);
+        s.toy.is_blind = 1;
+        CHECK_INT(check(&s, 3.1, CURVOPT_OK), CO_STEP_KEEP);
+        CHECK_NEAR(s.review.value, 0.61, 1e-12);
+        s.toy.is_blind = 0;
+        s.toy.finest = cases[k].finest;
+        CHECK_INT(check(&s, cases[k].at, CURVOPT_OK), CO_STEP_STOP);
+        co_step_review_free(&s.review);
+    }
 }
 
 static void test_coarser_rules_change_the_function(void **state) {
@@ -231,6 +253,7 @@ int main(void) {
         cmocka_unit_test(test_false_progress_is_taken_back),
         cmocka_unit_test(test_true_progress_by_finer_rules),
         cmocka_unit_test(test_unresolved_and_failing),
+        cmocka_unit_test(test_fold_that_was_not_seen_in_time),
         cmocka_unit_test(test_coarser_rules_change_the_function),
         cmocka_unit_test(test_when_a_review_is_due),
         cmocka_unit_test(test_optimizer_does_not_fall_into_the_hole),

@@ -105,6 +105,12 @@ static int is_rough(const co_level *l) {
     return l->objective.assembly.coarsest == CO_ROUGH_RULE;
 }
 
+static int32_t check(co_level *l, co_iterate *now, co_step_verdict *verdict, curvopt_error *error) {
+    const int32_t status = co_step_review_check(&l->review, now, verdict, error);
+    l->is_lost = l->is_lost || (status == CURVOPT_OK && *verdict == CO_STEP_STOP);
+    return status;
+}
+
 static co_step_verdict review_step(void *context, const co_iterate *before, co_iterate *now, int iteration) {
     co_level *l = context;
     co_step_verdict verdict = CO_STEP_KEEP;
@@ -124,7 +130,7 @@ static co_step_verdict review_step(void *context, const co_iterate *before, co_i
         co_step_review_take_back(&l->review, now);
         return CO_STEP_REJECT;
     }
-    l->failed = co_step_review_check(&l->review, now, &verdict, l->error);
+    l->failed = check(l, now, &verdict, l->error);
     return weigh_anew(l, now, verdict);
 }
 
@@ -254,6 +260,7 @@ enum { APPROACH_STEPS = 5, APPROACH_ROUNDS = 100 };
 
 static int32_t run_once(co_level *l, const co_objective *f, co_method method, const co_method_options *options,
                         co_outcome *outcome, curvopt_error *error) {
+    l->review.value = l->now.value; /* by what spacing and springs count for now, and numbers are held at */
     int32_t status = method == CO_METHOD_NEWTON ? co_damped_newton(f, options, &l->now, outcome, error)
                                                 : co_lbfgs(f, options, &l->now, outcome, error);
     return status == CURVOPT_OK ? l->failed : status;
@@ -271,6 +278,10 @@ static int32_t run_method(void *context, co_method method, const co_method_optio
     const co_objective f = objective_of(l);
     int changed, is_there;
     co_method_options rest = *options;
+    if (l->is_lost) {
+        *outcome = (co_outcome){.stop = CURVOPT_STOP_UNRESOLVED};
+        return CURVOPT_OK;
+    }
     int32_t status = aim(l, &is_there, &changed, error);
     l->before = *before;
     weigh_spacing(l);
@@ -303,7 +314,7 @@ static int32_t review_for_figures(void *context, co_step_verdict *verdict, curvo
     const int is_other = co_level_objective_take_size(&l->objective) > SAME_SIZE;
     if (is_other)
         co_level_objective_evaluate(&l->objective, &l->now);
-    int32_t status = co_step_review_check(&l->review, &l->now, verdict, error);
+    int32_t status = check(l, &l->now, verdict, error);
     if (is_other && *verdict == CO_STEP_KEEP)
         *verdict = CO_STEP_CHANGED;
     return status;
@@ -324,7 +335,7 @@ static int32_t refine(void *context, curvopt_error *error) {
     if (was_rough) /* the function is another one, and what is held is measured anew */
         evaluate_always(l, &l->now);
     co_level_objective_place(&l->objective, l->now.x);
-    return co_step_review_check(&l->review, &l->now, &verdict, error);
+    return check(l, &l->now, &verdict, error);
 }
 
 static int32_t decrement(void *context, double *left, curvopt_error *error) {
@@ -449,7 +460,6 @@ static double working_factor_of(const co_level *l) {
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                         const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
                         co_level **out, curvopt_error *error) {
-    const curvopt_options *o = run->options;
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     co_level *l = *out = CO_NEW(co_level, 1);
     if (!l)
@@ -460,7 +470,7 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     l->is_forming = motion == CO_MOTION_ALL;
     l->error = error;
     l->now = (co_iterate){.x = CO_NEW(double, n), .gradient = CO_NEW(double, n)};
-    l->tolerance = o->joshi_sequin ? (double)INFINITY : o->tolerance;
+    l->tolerance = co_run_context_tolerance(run);
     int32_t status = l->now.x && l->now.gradient ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status =
@@ -496,6 +506,7 @@ int32_t co_level_move(co_level *l, const co_symmetry *symmetry, const co_constra
     l->error = error;
     l->failed = CURVOPT_OK;
     l->before = (co_outcome){0};
+    l->is_lost = 0;
     l->reached = NULL;
     return co_level_objective_move(&l->objective, symmetry, constraints, l->motion, start, l->now.x, fits, error);
 }

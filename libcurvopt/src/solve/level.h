@@ -29,6 +29,7 @@ typedef struct co_level {
     co_motion motion;
     int is_final;   /* what is found here is the run's result: nothing follows that moves it */
     int is_forming; /* the shape has not formed yet: the first stage */
+    int is_lost;    /* the surface is folded where no review saw it in time, and the level has ended */
     co_iterate now; /* where the level stands */
     co_level_objective objective;
     co_level_hessian hessian;

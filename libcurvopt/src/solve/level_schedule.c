@@ -89,6 +89,8 @@ static int32_t end_by_newton(runner *r) {
         status = on->review_for_figures(on->context, &verdict, r->error);
         if (status == CURVOPT_OK && (verdict == CO_STEP_CHANGED || verdict == CO_STEP_REJECT))
             continue;
+        if (status == CURVOPT_OK && verdict == CO_STEP_STOP)
+            r->outcome->stop = CURVOPT_STOP_UNRESOLVED;
         if (status != CURVOPT_OK || r->outcome->stop != CURVOPT_STOP_SETTLED)
             return status;
         status = on->decrement(on->context, &left, r->error);

@@ -106,7 +106,7 @@ static int report(const co_level *l, const co_step_record *record, void *user) {
 void co_run_watch(co_run *r, co_level *l) {
     l->report = report;
     l->user = r;
-    l->spent = r->at.report.iterations;
+    l->spent = r->at.report.iterations - r->lost_steps;
 }
 
 /* The multiplier of the number that gives the size, where the user said so. */
@@ -269,10 +269,37 @@ static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_er
 /* Over everything, and at the end along normals. */
 static int32_t solve_all(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
     double moved;
+    const int is_last = co_run_context_is_last(&r->context, number);
     int32_t status = co_run_solve_level(r, *level, started, error);
-    if (status == CURVOPT_OK && !(*level)->is_final && !co_run_stopped_early(r) &&
-        (co_run_context_is_last(&r->context, number) || co_run_may_loosen(r, *level)))
+    if (status == CURVOPT_OK && (*level)->is_lost && is_last && r->at.report.stop == CURVOPT_STOP_SETTLED)
+        r->at.report.stop = CURVOPT_STOP_UNRESOLVED;
+    if (status == CURVOPT_OK && !(*level)->is_final && !(*level)->is_lost && !co_run_stopped_early(r) &&
+        (is_last || co_run_may_loosen(r, *level)))
         status = settle_shape(r, number, (double)INFINITY, level, &moved, started, error);
+    return status;
+}
+
+/* Whether finer rules may see in time what these did not: a fold on the way. One that the cage came with stays. */
+static int wants_finer(const co_run *r, const co_level *l) {
+    const curvopt_options *o = r->context.options;
+    const curvopt_summary *s = &r->result->summary;
+    const int is_lost = l->is_lost || r->at.report.stop == CURVOPT_STOP_UNRESOLVED;
+    const int may = !r->is_live && !o->joshi_sequin && !o->no_crossings && (s->n_folded == 0 || s->n_unfolded > 0);
+    return is_lost && may && r->context.n_finer < r->context.tuning->finer_tries && !was_cancelled(r);
+}
+
+/* The same; begun again by finer rules, with as many steps anew, where the surface could not be resolved. */
+static int32_t solve_resolved(co_run *r, int32_t number, co_level **level, double started, curvopt_error *error) {
+    int32_t status = solve_all(r, number, level, started, error);
+    while (status == CURVOPT_OK && wants_finer(r, *level)) {
+        co_level_destroy(*level);
+        *level = NULL;
+        r->context.n_finer++;
+        r->lost_steps = r->at.report.iterations;
+        status = begin_all(r, number, level, error);
+        if (status == CURVOPT_OK)
+            status = solve_all(r, number, level, started, error);
+    }
     return status;
 }
 
@@ -323,6 +350,7 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
     int stands = 0;
+    r->context.n_finer = r->lost_steps = 0;
     r->at.report = (curvopt_level_report){.level = number,
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .iterations = r->spent.iterations,
@@ -335,7 +363,7 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     if (status == CURVOPT_OK && stands)
         status = solve_standing(r, number, &l, &stands, started, error);
     if (status == CURVOPT_OK && !stands)
-        status = solve_all(r, number, &l, started, error);
+        status = solve_resolved(r, number, &l, started, error);
     if (status == CO_CANCELLED) {
         co_run_end_cancelled(r, l, started);
         status = CURVOPT_OK;
@@ -354,7 +382,7 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
 
 int32_t co_run_solve_on(co_run *r, co_level *l, curvopt_error *error) {
     const double started = co_clock_seconds() - r->at.report.seconds;
-    l->spent = r->at.report.iterations;
+    l->spent = r->at.report.iterations - r->lost_steps;
     r->prospect = (co_level_prospect){.is_near = 1, .closely = 1};
     int32_t status = co_run_solve_level(r, l, started, error);
     r->prospect = (co_level_prospect){0};

@@ -53,6 +53,7 @@ typedef struct co_run {
     co_sliding sliding;           /* the same; nothing without options.slide */
     co_no_crossings no_crossings; /* nothing without options.no_crossings */
     co_run_work spent;            /* by sliding on the present level, until that is solved */
+    int lost_steps;               /* of the present level, before it began again by finer rules */
     const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                      caller sees, where something is held (live.h) */
     int is_live;                  /* what is held changes afterwards (live.h) */

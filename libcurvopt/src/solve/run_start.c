@@ -85,7 +85,7 @@ static int32_t report_cage(co_run *r, const curvopt_mesh *mesh, int is_start, cu
                            curvopt_error *error) {
     co_assembly assembly;
     int changed;
-    double tolerance = r->context.options->joshi_sequin ? (double)INFINITY : r->context.options->tolerance;
+    const double tolerance = co_run_context_tolerance(&r->context);
     int32_t status = create_assembly(r, mesh, r->at.xyz, &assembly, error);
     if (status != CURVOPT_OK)
         return status;

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,6 +35,7 @@ static const double DEFECT_FLOOR = 1e-3;
 void co_step_review_begin(co_step_review *r, const double *x, double defect) {
     remember(r, r->first, x);
     remember(r, r->safe, x);
+    r->value = (double)INFINITY;
     r->defect = defect;
 }
 
@@ -62,18 +64,22 @@ int32_t co_step_review_check(co_step_review *r, co_iterate *now, co_step_verdict
     int resolved, changed;
     double defect;
     int32_t status = f->resolve(f->context, now->x, &resolved, &changed, &defect, error);
-    if (status != CURVOPT_OK || !resolved) {
+    if (status != CURVOPT_OK) {
         co_step_review_take_back(r, now);
-        *verdict = status != CURVOPT_OK ? CO_STEP_STOP : CO_STEP_REJECT;
+        *verdict = CO_STEP_STOP;
         return status;
     }
-    r->defect = defect;
-    if (changed && !is_progress(r, now)) {
+    const int stands = resolved && (!changed || is_progress(r, now));
+    if (!stands)
         co_step_review_take_back(r, now);
-        *verdict = CO_STEP_REJECT;
+    const int is_lost = changed && now->value > r->tuning->review_fold * fabs(r->value);
+    if (!stands || is_lost) {
+        *verdict = is_lost ? CO_STEP_STOP : CO_STEP_REJECT;
         return CURVOPT_OK;
     }
+    r->defect = defect;
     remember(r, r->safe, now->x);
+    r->value = now->value;
     *verdict = changed ? CO_STEP_CHANGED : CO_STEP_KEEP;
     if (changed)
         return CURVOPT_OK;

@@ -33,7 +33,8 @@ typedef struct co_step_review {
     co_reviewed function;
     double *first; /* [n] the first iterate */
     double *safe;  /* [n] the last iterate that was held against finer rules and stood */
-    double defect; /* Gauss-Bonnet's at `safe`, in radians */
+    double value;  /* at `safe`, by the rules that stood then */
+    double defect; /* Gauss-Bonnet's there, in radians */
 } co_step_review;
 
 /* What is known of a step before a review. */
@@ -48,12 +49,13 @@ typedef struct co_step_facts {
 int32_t co_step_review_create(const co_tuning *tuning, const co_reviewed *function, co_step_review *out,
                               curvopt_error *error);
 void co_step_review_free(co_step_review *review);
-/* From x on, which is resolved, with this defect. */
+/* From x on, which is resolved, with this defect. Its value is not known: that is for who knows it to set. */
 void co_step_review_begin(co_step_review *review, const double *x, double defect);
 int co_step_review_is_due(const co_step_review *review, const co_step_facts *facts);
 /* Holds `now` against finer rules. It becomes the safe iterate; or, if it cannot be resolved, or its value is not below
- * the safe one's by rules that tell them apart, it becomes the safe one itself, and the step is rejected. On an error
- * the verdict is STOP. */
+ * the safe one's by rules that tell them apart, it becomes the safe one itself, and the step is rejected. Where the
+ * safe iterate's own value has risen to tuning->review_fold times what it was, it is in a fold that no review saw in
+ * time: the verdict is STOP, as it is on an error. */
 int32_t co_step_review_check(co_step_review *review, co_iterate *now, co_step_verdict *verdict, curvopt_error *error);
 /* `now` becomes the safe iterate: those in between were not reviewed. */
 void co_step_review_take_back(co_step_review *review, co_iterate *now);
