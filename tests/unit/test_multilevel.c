@@ -90,6 +90,19 @@ static void finished_free(finished *f) {
     free(f->w.xyz);
 }
 
+/* The same where finer rules that see a hundredth more see a fold, with so many turns by these. */
+static finished run_by(cage c, const curvopt_options *options, int tries) {
+    finished f = {.s = solve_setting_of(c, options)};
+    curvopt_error error;
+    f.s->tuning.review_fold = 1.01;
+    f.s->tuning.finer_tries = tries;
+    CHECK_OK(co_multilevel_minimize(f.s->mesh, f.s->c.xyz, &f.s->options, &f.s->tuning, NULL, NULL, &f.s->cancel,
+                                    &f.result, &error),
+             &error);
+    curvopt_result_get_summary(f.result, &f.summary, sizeof f.summary);
+    return f;
+}
+
 /* ------------------------------------------------------------------------------------------- progress -- */
 
 static void test_callback_is_told_everything(void **state) {
@@ -110,6 +123,31 @@ static void test_callback_is_told_everything(void **state) {
     CHECK_INT(f.w.by_method[CURVOPT_STEP_LBFGS], 20);
     CHECK_INT(f.w.shifts, 0); /* there is no Hessian */
     finished_free(&f);
+}
+
+/* ----------------------------------------------------------------------------------------- lost levels -- */
+
+/* By rules of 5 % both tori are lost; by finer ones they end as what a torus can have, just above 8 pi^2. The level's
+ * report counts what was lost. */
+static void test_a_level_that_is_lost_begins_again(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    w.levels = 2;
+    w.tolerance = 0.05;
+    w.spacing = CURVOPT_SPACING_EVEN;
+    w.symmetry = CURVOPT_SYMMETRY_NONE;
+    for (int n = 6; n <= 8; n += 2) {
+        finished lost = run_by(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), &w, 0),
+                 found = run_by(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), &w, 2);
+        CHECK_INT(lost.summary.stop, CURVOPT_STOP_UNRESOLVED);
+        CHECK_INT(found.summary.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_INT(found.summary.verdict, CURVOPT_VERDICT_MINIMUM);
+        CHECK_BETWEEN(found.result->end.objective, 78.95, 79.05);
+        CHECK_TRUE(found.result->end.objective < 0.9 * lost.result->end.objective);
+        CHECK_TRUE(found.result->level[1].iterations > lost.result->level[1].iterations);
+        finished_free(&lost);
+        finished_free(&found);
+    }
 }
 
 /* --------------------------------------------------------------------------------------------- cancelling -- */
@@ -284,6 +322,7 @@ static void test_what_has_no_minimum_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_callback_is_told_everything),
+        cmocka_unit_test(test_a_level_that_is_lost_begins_again),
         cmocka_unit_test(test_cancelling_returns_what_was_reported_last),
         cmocka_unit_test(test_levels_add_up),
         cmocka_unit_test(test_asked_for_verification_is_reported),

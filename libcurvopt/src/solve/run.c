@@ -296,6 +296,8 @@ static int32_t solve_resolved(co_run *r, int32_t number, co_level **level, doubl
         *level = NULL;
         r->context.n_finer++;
         r->lost_steps = r->at.report.iterations;
+        free(r->at.turn);
+        r->at.turn = NULL;
         status = begin_all(r, number, level, error);
         if (status == CURVOPT_OK)
             status = solve_all(r, number, level, started, error);
