@@ -499,6 +499,39 @@ static void test_what_is_no_surface_is_refused(void **state) {
     e.gauss_bonnet_defect += 0.02;
     CHECK_REFUSED(co_adaptive_quadrature_check(p.assembly, &e, &error), &error, CURVOPT_ERROR_RESOLUTION,
                   p.assembly->worst_face, "cannot be resolved");
+    e = good;
+    e.h2 = 0.91 * 4 * CO_PI;
+    CHECK_OK(co_adaptive_quadrature_check(p.assembly, &e, &error), &error);
+    e.h2 = 0.89 * 4 * CO_PI;
+    CHECK_REFUSED(co_adaptive_quadrature_check(p.assembly, &e, &error), &error, CURVOPT_ERROR_RESOLUTION,
+                  p.assembly->worst_face, "integral of H^2 comes out 11.2, and no such surface has less than 12.57");
+    p.assembly->leaves_out = 1; /* of a part nothing is known */
+    CHECK_OK(co_adaptive_quadrature_check(p.assembly, &e, &error), &error);
+    problem_free(&p);
+}
+
+/* Of spheres, tori, and two pieces; not with a boundary. A torus in a plane has none by all rules. */
+static void test_least_integral_of_h2(void **state) {
+    (void)state;
+    int resolved, changed;
+    const struct {
+        cage c;
+        double least;
+    } cases[] = {{cage_cube(), 4 * CO_PI},
+                 {cage_torus(6, 4, 1, 0.4), 2 * CO_PI * CO_PI},
+                 {cage_both(cage_cube(), cage_torus(6, 4, 1, 0.4), 5), 8 * CO_PI},
+                 {cage_half_star(4, 4), 0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        problem p = problem_on(CURVOPT_SURFACE_LIMIT, cases[k].c, CURVOPT_TERM_WILLMORE);
+        CHECK_NEAR(p.assembly->least_h2, cases[k].least, 1e-12);
+        problem_free(&p);
+    }
+    cage flat = cage_torus(8, 5, 1, 0.4);
+    for (int32_t v = 0; v < flat.n_vertices; v++)
+        flat.xyz[3 * v + 2] = 0;
+    problem p = problem_on(CURVOPT_SURFACE_LIMIT, flat, CURVOPT_TERM_WILLMORE);
+    CHECK_NEAR(resolve(&p, 1e-3, CO_TERMS_OBJECTIVE, &resolved, &changed).objective, 0, 1e-12);
+    CHECK_INT(resolved, 0);
     problem_free(&p);
 }
 
@@ -523,6 +556,7 @@ int main(void) {
         cmocka_unit_test(test_rough_rules_are_for_a_while),
         cmocka_unit_test(test_rules_become_rough_again),
         cmocka_unit_test(test_what_is_no_surface_is_refused),
+        cmocka_unit_test(test_least_integral_of_h2),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

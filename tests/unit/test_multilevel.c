@@ -150,6 +150,23 @@ static void test_a_level_that_is_lost_begins_again(void **state) {
     }
 }
 
+/* Flat but for folds between samples, by all rules, a torus would have no bending energy. */
+static void test_no_torus_has_less_than_a_torus_has(void **state) {
+    (void)state;
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    w.levels = 2;
+    w.tolerance = 0.05;
+    w.spacing = CURVOPT_SPACING_EVEN;
+    w.symmetry = CURVOPT_SYMMETRY_NONE;
+    const int n[] = {5, 6, 8};
+    for (size_t k = 0; k < sizeof n / sizeof *n; k++) {
+        finished f = run(cage_shaken(cage_torus(n[k], 4, 1, 0.4), 0.1), &w, 0);
+        CHECK_INT(f.summary.verdict, CURVOPT_VERDICT_MINIMUM);
+        CHECK_BETWEEN(f.result->end.objective, 78.95, 79.05);
+        finished_free(&f);
+    }
+}
+
 /* --------------------------------------------------------------------------------------------- cancelling -- */
 
 /* Where something is held, the cage that was reported last is returned as it was shown; elsewhere but for its size,
@@ -323,6 +340,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_callback_is_told_everything),
         cmocka_unit_test(test_a_level_that_is_lost_begins_again),
+        cmocka_unit_test(test_no_torus_has_less_than_a_torus_has),
         cmocka_unit_test(test_cancelling_returns_what_was_reported_last),
         cmocka_unit_test(test_levels_add_up),
         cmocka_unit_test(test_asked_for_verification_is_reported),

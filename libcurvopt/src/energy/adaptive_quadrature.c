@@ -283,11 +283,22 @@ static errors errors_of(const co_assembly *a, const co_values *v, const double *
     return e;
 }
 
+static double h2_of(const co_values *v) {
+    return (v->integral[CO_INT_H2] + 2 * v->integral[CO_INT_K]) / 4;
+}
+
+/* Less of the bound than this is no error of rules that met a tolerance: the surface is folded between samples. */
+static const double LEAST_PART = 0.9;
+
+static int has_least_h2(const co_assembly *a, double h2) {
+    return a->leaves_out || !(h2 < LEAST_PART * a->least_h2);
+}
+
 static void report_energies(const co_assembly *a, const co_values *v, int third, curvopt_energies *out) {
     double gauss = v->integral[CO_INT_K], unit = v->radius * v->radius;
     *out = (curvopt_energies){.objective = v->objective, .area = unit * v->integral[CO_INT_AREA], .gauss = gauss};
     co_functional_terms(v->integral, third, out->term);
-    out->h2 = (v->integral[CO_INT_H2] + 2 * gauss) / 4;
+    out->h2 = h2_of(v);
     out->volume = a->is_closed && !a->leaves_out ? unit * v->radius * v->integral[CO_INT_VOLUME] : (double)NAN;
     out->total_mean_curvature = v->radius * v->integral[CO_INT_MEAN];
     out->helfrich = 4 * out->h2;
@@ -403,7 +414,8 @@ int32_t co_adaptive_quadrature_resolve(co_assembly *a, const double *xyz, const 
             break;
         int meets = a->estimates.sum <= allowed;
         a->met |= meets;
-        *resolved = a->estimates.sum <= fmax(allowed, CO_ACCEPTABLE_ERROR);
+        *resolved = a->estimates.sum <= fmax(allowed, CO_ACCEPTABLE_ERROR) &&
+                    (isinf(goal->tolerance) || has_least_h2(a, h2_of(&r.used)));
         if (meets || !isfinite(r.used.objective) || refine_rules(a, goal->tolerance) == 0)
             return conclude(a, &r, energies, error);
         allowed = goal->tolerance;
@@ -516,5 +528,10 @@ int32_t co_adaptive_quadrature_check(const co_assembly *a, const curvopt_energie
             "the surface cannot be resolved: its total curvature comes out %.3g off; it is folded flat "
             "or pinched, most of all at face %d",
             e->gauss_bonnet_defect, a->worst_face);
+    if (!has_least_h2(a, e->h2))
+        return co_status_fail(error, CURVOPT_ERROR_RESOLUTION, a->worst_face,
+                              "the surface cannot be resolved: its integral of H^2 comes out %.3g, and no such surface "
+                              "has less than %.4g; it is folded flat, most of all at face %d",
+                              e->h2, a->least_h2, a->worst_face);
     return CURVOPT_OK;
 }

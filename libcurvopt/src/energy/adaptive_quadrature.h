@@ -34,7 +34,8 @@ typedef struct co_quadrature_goal {
 /* Refines rules where needed until the estimated relative errors are below goal->tolerance, or rules are at their
  * finest. An assembly that met it once (`met`) is left alone while errors stay below `quadrature_hysteresis` times the
  * tolerance. `energies` gets values and error estimates; *resolved whether the error is at most CO_ACCEPTABLE_ERROR
- * or the tolerance; *changed whether any rule was changed. ERROR_MEMORY. */
+ * or the tolerance, and int H^2 is what such a surface may have; *changed whether any rule was changed. ERROR_MEMORY.
+ */
 int32_t co_adaptive_quadrature_resolve(co_assembly *assembly, const double *xyz, const co_quadrature_goal *goal,
                                        curvopt_energies *energies, int *resolved, int *changed, curvopt_error *error);
 
@@ -56,7 +57,8 @@ int32_t co_adaptive_quadrature_coarsen(co_assembly *assembly, double tolerance, 
  * yes. */
 int co_adaptive_quadrature_closes(const curvopt_energies *energies);
 /* Whether resolved `energies` are those of a surface: ERROR_GEOMETRY for zero area or an energy that is not finite,
- * ERROR_RESOLUTION if Gauss-Bonnet's defect says that most of its curvature was missed (a surface folded flat). */
+ * ERROR_RESOLUTION if Gauss-Bonnet's defect, or an integral of H^2 that no closed surface has, says that most of its
+ * curvature was missed (a surface folded flat). */
 int32_t co_adaptive_quadrature_check(const co_assembly *assembly, const curvopt_energies *energies,
                                      curvopt_error *error);
 

@@ -1,6 +1,7 @@
 /* Sums over faces: a surface's energies and their gradients. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "energy/assembly.h"
 
+#include "base/constants.h"
 #include "base/memory.h"
 #include "base/ordered_sum.h"
 #include "energy/admissibility.h"
@@ -131,6 +132,16 @@ static int32_t take_threads(co_assembly *a, const curvopt_options *options, cons
     return status;
 }
 
+/* A closed surface has int H^2 >= 4 pi (Willmore, "Note on embedded surfaces", An. Sti. Univ. Iasi 11B, 1965), and one
+ * that is no sphere >= 2 pi^2 (Marques, Neves, "Min-max theory and the Willmore conjecture", Ann. Math. 179, 2014;
+ * where it crosses itself >= 8 pi: Li, Yau 1982). */
+static double least_h2_of(const curvopt_mesh *mesh) {
+    const curvopt_mesh_info *m = &mesh->info;
+    if (mesh->edge_sharpness || mesh->vertex_sharpness || m->n_flawed_edges > 0 || m->n_boundary_edges > 0)
+        return 0;
+    return m->n_components == 1 && m->euler <= 0 ? 2 * CO_PI * CO_PI : 4 * CO_PI * m->n_components;
+}
+
 int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co_substitution *substitution,
                            const curvopt_options *options, co_basis_table_cache *tables, const double *face_weight,
                            co_assembly *a, curvopt_error *error) {
@@ -141,6 +152,7 @@ int32_t co_assembly_create(const curvopt_mesh *mesh, const double *xyz, const co
     a->spontaneous = co_spontaneous_curvature_of(options->weights, options->spontaneous_curvature);
     a->kernel = co_element_kernel_select(NULL);
     a->is_closed = mesh->info.n_boundary_edges == 0;
+    a->least_h2 = least_h2_of(mesh);
     a->measures_volume = a->is_closed && options->spontaneous_curvature != 0; /* its sign is the orientation */
     int32_t status = take_threads(a, options, tables, error);
     if (status != CURVOPT_OK)

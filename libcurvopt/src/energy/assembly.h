@@ -49,6 +49,7 @@ typedef struct co_assembly {
     int third_allowed;                    /* the surface can carry third-order energies */
     int measures_volume;                  /* the volume is wanted in every evaluation */
     int is_closed;                        /* no boundary: the surface has a volume */
+    double least_h2;                      /* int H^2 is no less; 0 where no bound is known: boundaries, creases */
     int leaves_out;                    /* faces of the surface are left out: Gauss and Bonnet say nothing of the rest */
     int32_t *isolated;                 /* [n_isolated] vertices that no face uses, ascending; NULL: none */
     int32_t n_isolated;                /* number of these */

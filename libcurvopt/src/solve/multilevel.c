@@ -51,7 +51,8 @@ static void kept_level_free(kept_level *kept) {
 
 static int32_t keep_level(const co_run *r, int32_t number, kept_level *kept, curvopt_error *error) {
     const size_t n = 3 * (size_t)r->result->mesh->info.n_vertices;
-    if (!(r->at.energies.objective <= r->result->start.objective) || !co_adaptive_quadrature_closes(&r->at.energies))
+    if (!(r->at.energies.objective <= r->result->start.objective) || !r->at.is_resolved ||
+        !co_adaptive_quadrature_closes(&r->at.energies))
         return CURVOPT_OK;
     kept_level_free(kept);
     int32_t status = co_submesh_copy(r->result->mesh, &kept->mesh, error);

@@ -149,6 +149,7 @@ static int32_t end_level(co_run *r, co_level *l, int stop, double started, curvo
     int32_t status = co_level_finish(l, at->xyz, &at->energies, &resolved, error);
     if (status != CURVOPT_OK)
         return status;
+    at->is_resolved = resolved;
     at->springs = co_penalty_value(&l->objective.penalty, l->now.x, NULL);
     at->penalty = at->springs + l->now.found[CO_FOUND_REPULSION] + co_run_context_reference(&r->context);
     note_held(at, l);

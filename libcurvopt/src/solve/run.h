@@ -25,6 +25,7 @@ typedef struct co_level_result {
     double *turn;         /* [3 n_vertices] or NULL: what its last turn along normals began with */
     double *xyz;          /* [3 n_vertices] where it ended */
     curvopt_energies energies;
+    int is_resolved;                      /* these */
     double penalty;                       /* what springs add to the objective, and its reference (co_values) */
     double springs;                       /* the springs' part of that */
     double multiplier[CURVOPT_N_SCALARS]; /* of numbers that are held, by curvopt_scalar, in the user's units */
