@@ -70,8 +70,8 @@ typedef struct finished {
     watcher w;
 } finished;
 
-static finished run(cage c, const curvopt_options *options, int32_t cancel_at) {
-    finished f = {.s = solve_setting_of(c, options), .w = {.cancel_at = cancel_at}};
+static finished run_setting(solve_setting *s, int32_t cancel_at) {
+    finished f = {.s = s, .w = {.cancel_at = cancel_at}};
     curvopt_error error;
     CHECK_OK(co_multilevel_minimize(f.s->mesh, f.s->c.xyz, &f.s->options, &f.s->tuning, watch, &f.w, &f.s->cancel,
                                     &f.result, &error),
@@ -83,24 +83,15 @@ static finished run(cage c, const curvopt_options *options, int32_t cancel_at) {
     return f;
 }
 
+static finished run(cage c, const curvopt_options *options, int32_t cancel_at) {
+    return run_setting(solve_setting_of(c, options), cancel_at);
+}
+
 static void finished_free(finished *f) {
     curvopt_result_destroy(f->result);
     solve_setting_free(f->s);
     free(f->xyz);
     free(f->w.xyz);
-}
-
-/* The same where finer rules that see a hundredth more see a fold, with so many turns by these. */
-static finished run_by(cage c, const curvopt_options *options, int tries) {
-    finished f = {.s = solve_setting_of(c, options)};
-    curvopt_error error;
-    f.s->tuning.review_fold = 1.01;
-    f.s->tuning.finer_tries = tries;
-    CHECK_OK(co_multilevel_minimize(f.s->mesh, f.s->c.xyz, &f.s->options, &f.s->tuning, NULL, NULL, &f.s->cancel,
-                                    &f.result, &error),
-             &error);
-    curvopt_result_get_summary(f.result, &f.summary, sizeof f.summary);
-    return f;
 }
 
 /* ------------------------------------------------------------------------------------------- progress -- */
@@ -127,18 +118,32 @@ static void test_callback_is_told_everything(void **state) {
 
 /* ----------------------------------------------------------------------------------------- lost levels -- */
 
-/* By rules of 5 % both tori are lost; by finer ones they end as what a torus can have, just above 8 pi^2. The level's
- * report counts what was lost. */
-static void test_a_level_that_is_lost_begins_again(void **state) {
-    (void)state;
+/* Willmore on two levels, by rules of 5 %, without symmetries. */
+static curvopt_options loosely(void) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.levels = 2;
     w.tolerance = 0.05;
     w.spacing = CURVOPT_SPACING_EVEN;
     w.symmetry = CURVOPT_SYMMETRY_NONE;
+    return w;
+}
+
+/* Where finer rules that see a hundredth more see a fold, with so many turns by these. */
+static finished run_easily_lost(cage c, int tries) {
+    const curvopt_options w = loosely();
+    solve_setting *s = solve_setting_of(c, &w);
+    s->tuning.review_fold = 1.01;
+    s->tuning.finer_tries = tries;
+    return run_setting(s, 0);
+}
+
+/* By rules of 5 % both tori are lost; by finer ones they end as what a torus can have, just above 8 pi^2. The level's
+ * report counts what was lost. */
+static void test_a_level_that_is_lost_begins_again(void **state) {
+    (void)state;
     for (int n = 6; n <= 8; n += 2) {
-        finished lost = run_by(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), &w, 0),
-                 found = run_by(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), &w, 2);
+        finished lost = run_easily_lost(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), 0),
+                 found = run_easily_lost(cage_shaken(cage_torus(n, 4, 1, 0.4), 0.3), 2);
         CHECK_INT(lost.summary.stop, CURVOPT_STOP_UNRESOLVED);
         CHECK_INT(found.summary.stop, CURVOPT_STOP_CONVERGED);
         CHECK_INT(found.summary.verdict, CURVOPT_VERDICT_MINIMUM);
@@ -153,11 +158,7 @@ static void test_a_level_that_is_lost_begins_again(void **state) {
 /* Flat but for folds between samples, by all rules, a torus would have no bending energy. */
 static void test_no_torus_has_less_than_a_torus_has(void **state) {
     (void)state;
-    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
-    w.levels = 2;
-    w.tolerance = 0.05;
-    w.spacing = CURVOPT_SPACING_EVEN;
-    w.symmetry = CURVOPT_SYMMETRY_NONE;
+    const curvopt_options w = loosely();
     const int n[] = {5, 6, 8};
     for (size_t k = 0; k < sizeof n / sizeof *n; k++) {
         finished f = run(cage_shaken(cage_torus(n[k], 4, 1, 0.4), 0.1), &w, 0);

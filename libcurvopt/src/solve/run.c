@@ -42,7 +42,7 @@ static int tell(co_run *r, const co_level *l, const co_step_record *record) {
                                        .shift = shift_of(l, record),
                                        .samples = (int32_t)o->assembly.batches.n_samples,
                                        .method = (int32_t)record->method,
-                                       .rejected = record->rejected,
+                                       .rejected = r->at.rejected + record->rejected,
                                        .energy = co_level_objective_energy(o, &l->now) -
                                                  co_run_context_reference(&r->context),
                                        .start_energy = r->start_energy,
@@ -188,6 +188,7 @@ int32_t co_run_solve_level(co_run *r, co_level *l, double started, curvopt_error
     co_outcome outcome = {.iterations = 0};
     int32_t status = co_level_solve(l, &r->prospect, &outcome, error);
     r->at.report.iterations += outcome.iterations;
+    r->at.rejected += outcome.rejected;
     r->at.report.evaluations += outcome.evaluations + 1;
     return status == CURVOPT_OK ? end_level(r, l, outcome.stop, started, error) : status;
 }
@@ -353,7 +354,7 @@ int32_t co_run_solve(co_run *r, int32_t number, co_level **out, curvopt_error *e
     double started = co_clock_seconds() - r->spent.seconds;
     co_level *l = NULL;
     int stands = 0;
-    r->context.n_finer = r->lost_steps = 0;
+    r->context.n_finer = r->lost_steps = r->at.rejected = 0;
     r->at.report = (curvopt_level_report){.level = number,
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .iterations = r->spent.iterations,

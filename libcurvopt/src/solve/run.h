@@ -30,6 +30,7 @@ typedef struct co_level_result {
     double springs;                       /* the springs' part of that */
     double multiplier[CURVOPT_N_SCALARS]; /* of numbers that are held, by curvopt_scalar, in the user's units */
     double residual[CURVOPT_N_SCALARS];   /* how far they are from what is wanted */
+    int rejected;                         /* steps that its turns took back */
     curvopt_level_report report;
 } co_level_result;
 

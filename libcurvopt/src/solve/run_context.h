@@ -28,7 +28,7 @@ typedef struct co_run_context {
     co_held_numbers wanted;       /* the same with the targets at the end */
     co_spontaneous_curvature spontaneous; /* as levels see it */
     double least;        /* added to what is minimized: a flat surface has no energy, and relative figures need some */
-    int n_finer;         /* times that the tolerance became finer, because a level was lost */
+    int n_finer;         /* times that the tolerance became finer, because the present level was lost */
     const double *shape; /* [3 n_vertices] of the present mesh: half discs are chosen by it on all of its level
                             (blend_disc_half.h); NULL: by the cage that each objective begins with */
     co_repulsion_exceptions *exceptions; /* with options.no_crossings, of the present mesh; else NULL */

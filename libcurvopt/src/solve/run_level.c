@@ -43,7 +43,7 @@ static int32_t judge(co_run *r, co_level *l, curvopt_error *error) {
 
 int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     co_level *level = NULL;
-    r->lost_steps = 0;
+    r->lost_steps = 0; /* of the level before, where vertices slide first */
     int32_t status = co_run_take_shape(r, error);
     if (status == CURVOPT_OK)
         status = co_slide_level(r, number, error);
