@@ -206,6 +206,7 @@ static const double SOFTENING = 0.1;
 int32_t co_level_hessian_soften_ways(co_level_hessian *h, const co_iterate *now, curvopt_error *error) {
     co_held_level *numbers = &h->objective->numbers;
     const size_t n = co_level_objective_n(h->objective);
+    const double shift = h->shift;
     h->system.held = NULL; /* of the matrix itself */
     int32_t status = assemble_at(h, now->x, preconditioner, co_gauge_exact(h->objective->gauge), error);
     if (status == CURVOPT_OK)
@@ -217,7 +218,7 @@ int32_t co_level_hessian_soften_ways(co_level_hessian *h, const co_iterate *now,
     co_held_level_straighten_ways(numbers, now->x);
     h->system.held = &numbers->newton;
     h->has_factor = 0;
-    h->shift = 0;
+    h->shift = shift;
     return status;
 }
 

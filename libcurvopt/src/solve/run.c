@@ -258,12 +258,14 @@ static int32_t meet_entries(co_run *r, curvopt_error *error) {
     return co_given_constraints_place(r->result->mesh, &r->constraints, r->context.options->boundary, r->at.xyz, error);
 }
 
-/* A level over everything, at its start. */
+/* A level over everything, at its start. Its shape forms by a matrix as stiff as the level before needed: how far the
+ * quadratic model holds is a matter of the shape (libcurvopt/notes/51-steps-that-are-too-long.md). */
 static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
     int32_t status = co_level_create(&r->context, r->result->mesh, &r->at.symmetry, &r->constraints, CO_MOTION_ALL,
                                      r->at.start, number, level, error);
     if (status != CURVOPT_OK)
         return status;
+    (*level)->hessian.shift = r->forming_shift;
     co_run_watch(r, *level);
     return co_level_begin(*level, error);
 }
@@ -273,6 +275,8 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     double moved;
     const int is_last = co_run_context_is_last(&r->context, number);
     int32_t status = co_run_solve_level(r, *level, started, error);
+    if (!is_last) /* then a shape forms, and nothing else is done by a matrix */
+        r->forming_shift = (*level)->hessian.shift;
     if (status == CURVOPT_OK && (*level)->is_lost && is_last && r->at.report.stop == CURVOPT_STOP_SETTLED)
         r->at.report.stop = CURVOPT_STOP_UNRESOLVED;
     if (status == CURVOPT_OK && !(*level)->is_final && !(*level)->is_lost && !co_run_stopped_early(r) &&
