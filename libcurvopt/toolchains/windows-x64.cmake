@@ -15,10 +15,11 @@ set(CMAKE_SHARED_LINKER_FLAGS_INIT "-static -Wl,--no-insert-timestamp -Wl,--subs
 set(CMAKE_C_FLAGS_INIT -Wa,-muse-unaligned-vector-move)
 # C99's printf formats (%zu, %lld) instead of those of Microsoft's C library.
 add_compile_definitions(__USE_MINGW_ANSI_STDIO=1)
-# Wine, for the tests: Debian's wine64 puts it where no path leads. Its drives and registry lie in the build's folder.
+# Wine, for the tests: Debian's wine64 puts it where no path leads. Its drives and registry lie in the build's folder. It
+# is silent but for what makes it end a program by itself, whose exit code is 1, too.
 find_program(CURVOPT_WINE NAMES wine64 wine PATHS /usr/lib/wine)
 if(CURVOPT_WINE)
-  set(CMAKE_CROSSCOMPILING_EMULATOR env WINEPREFIX=${CMAKE_BINARY_DIR}/wine WINEDEBUG=-all WINEDLLOVERRIDES=mscoree,mshtml=
+  set(CMAKE_CROSSCOMPILING_EMULATOR env WINEPREFIX=${CMAKE_BINARY_DIR}/wine WINEDEBUG=-all,err+seh,err+virtual,err+module,err+process WINEDLLOVERRIDES=mscoree,mshtml=
       ${CURVOPT_WINE})
 endif()
 include(${CMAKE_CURRENT_LIST_DIR}/archives.cmake)
