@@ -37,7 +37,7 @@ int32_t co_level_hessian_assemble(co_level_hessian *hessian, const co_iterate *n
 int32_t co_level_hessian_factorize(co_level_hessian *hessian, const co_damping *damping, int *positive,
                                    curvopt_error *error);
 /* The ways back to held numbers become those that change the energy least, by the Gauss-Newton matrix at `now`. The
- * factor is lost. ERROR_MEMORY. */
+ * factor is lost, the shift stays. ERROR_MEMORY. */
 int32_t co_level_hessian_soften_ways(co_level_hessian *hessian, const co_iterate *now, curvopt_error *error);
 /* out = M^-1 in, [n_variables] both. ERROR_MEMORY. */
 int32_t co_level_hessian_solve(co_level_hessian *hessian, const double *in, double *out, curvopt_error *error);
