@@ -52,16 +52,13 @@ static int32_t window_of(const co_basis_table *t, int n_rings) {
 
 /* The patch points that rows can be nonzero on. */
 static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *error) {
-    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind), fan = co_fan_at_vertex(t->kind);
-    int folded = t->surface == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(t->kind); /* the fit, into rows */
+    int32_t n = co_patches_own_size(t->kind), all = co_patches_size(t->kind);
     int n_terms = co_fan_is_half(t->kind) ? CO_BLEND_FIT_FUNCTIONS : CO_BLEND_FIT_TERMS;
     t->support = CO_NEW(int32_t, all);
     if (!t->support)
         return co_status_no_memory(error);
     for (int32_t i = 0; i < all; i++)
-        if (i >= n ? i - n < n_terms || window
-                   : folded || co_patches_is_one_piece(t->kind) || co_patches_is_of_curve(t->kind, i) ||
-                         (co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i))))
+        if (i < n ? co_patches_own_has_row(t->surface, t->kind, window, i) : i - n < n_terms || window)
             t->support[t->n_points++] = i;
     while (t->n_own < t->n_points && t->support[t->n_own] < n)
         t->n_own++;

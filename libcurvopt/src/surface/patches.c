@@ -458,14 +458,17 @@ co_point_row co_patches_row(const co_patches *p, const int32_t *point) {
                           p->derived.start[*point - p->n_cage + 1] - begin};
 }
 
-int co_patches_own_is_used(int32_t surface, int32_t kind, int32_t i) {
+int co_patches_own_has_row(int32_t fitted, int32_t kind, int32_t window, int32_t i) {
     const int32_t fan = co_fan_at_vertex(kind);
-    const int is_wide = co_fan_is_wide(kind),
-              is_fitted = !is_wide && co_blend_fit_surface(surface, kind) == CURVOPT_SURFACE_POLYNOMIAL;
-    if (co_patches_is_one_piece(kind) || is_fitted || co_patches_is_of_curve(kind, i)) /* a fit is of all the fan */
+    const int is_fit = fitted == CURVOPT_SURFACE_POLYNOMIAL && !co_fan_is_wide(kind);
+    if (is_fit || co_patches_is_one_piece(kind) || co_patches_is_of_curve(kind, i)) /* a fit is of all the fan */
         return 1;
-    const int has_window = is_wide && !co_fan_is_half(kind);
-    return co_stam_in_support(fan, i) && (!has_window || co_stam_in_window(fan, CO_STAM_WINDOW, i));
+    return co_stam_in_support(fan, i) && (!window || co_stam_in_window(fan, window, i));
+}
+
+int co_patches_own_is_used(int32_t surface, int32_t kind, int32_t i) {
+    const int has_window = co_fan_is_wide(kind) && !co_fan_is_half(kind);
+    return co_patches_own_has_row(co_blend_fit_surface(surface, kind), kind, has_window ? CO_STAM_WINDOW : 0, i);
 }
 
 void co_patches_derive(const co_patches *p, double *points) {

@@ -94,7 +94,10 @@ static inline int co_patches_is_of_curve(int32_t kind, int32_t i) {
     return co_fan_is_half(kind) && i > 0 && (i - 1) % CO_RING_SECTOR < 2 &&
            ((i - 1) / CO_RING_SECTOR == 0 || (i - 1) / CO_RING_SECTOR == n);
 }
-/* Whether the surface (curvopt_surface) on a patch of that kind can depend on own point i. */
+/* Whether rows of a patch of that kind can be nonzero on own point i. fitted: as co_blend_fit_surface; window: as
+ * co_stam_in_window, or 0 where all sectors have rows. */
+int co_patches_own_has_row(int32_t fitted, int32_t kind, int32_t window, int32_t i);
+/* Whether the surface (curvopt_surface) on a patch of that kind can depend on own point i, by whatever rule. */
 int co_patches_own_is_used(int32_t surface, int32_t kind, int32_t i);
 /* Index of a kind in `kinds`. */
 int32_t co_patches_kind(const co_patches *patches, int32_t kind);
