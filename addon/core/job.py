@@ -64,6 +64,11 @@ class Request:
         """The energy for people."""
         return label_of(self.energy)
 
+    @property
+    def goes_through(self) -> bool:
+        """Whether the surface goes through places, or along curves, of the scene."""
+        return bool(self.through or self.chains)
+
     def free(self, n: int) -> np.ndarray:
         """Which of the n vertices of the cage (n,) are not held exactly."""
         free = np.ones(n, bool)
@@ -77,8 +82,8 @@ class Solution:
     that no symmetries were kept, and `n_sliding` vertices of the first cage may slide. start_positions (n, 3) are vertices
     of the optimized cage that show the first one's surface: the first cage, subdivided as often. `deviation` from the
     first cage's surface, and `crossings` of the optimized one with itself; None of a cancelled run. `multipliers` and
-    `scalar_residuals` by name, `discretization_error`, and of No Crossings `clearance`, `touching` and `n_crossing_before`,
-    as of values.Summary. `folded` faces of the first cage make its energies infinite; `n_unfolded` of its vertices were put
+    `scalar_residuals` by name, `discretization_error`, and of No Crossings `clearance` and `touching`, as of values.Summary. The first cage's surface crosses
+    itself at `n_crossing_before` pairs of faces: of No Crossings, and where the optimized one does. `folded` faces of the first cage make its energies infinite; `n_unfolded` of its vertices were put
     between their neighbours for that. `path`, of a run that was recorded: states (n, 3) of the optimized cage's vertices, from the first
     cage to the optimized one."""
 
@@ -240,14 +245,17 @@ def _solve(
             of_interest = request.free(len(cage.positions)) if len(request.holes) else None
             stop = "memory" if guard.stopped and summary.stop == "cancelled" else summary.stop
             deviation = crossings = None
+            n_before = summary.n_crossing_before
             if summary.stop != "cancelled":
                 deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
+            if crossings is not None and crossings.n_pairs and not request.options.get("no_crossings"):
+                n_before = measure.crossings(mesh, cage.positions, cancel=cancel).n_pairs
             path = recorder.path(mesh, final.positions) if recorder is not None else ()
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,
                 levels, summary.symmetry_order, mesh.exceptions(cage.positions, options, of_interest),
                 summary.n_sliding, deviation, crossings, summary.multipliers, summary.scalar_residuals,
-                summary.discretization_error, summary.clearance, summary.touching, summary.n_crossing_before,
+                summary.discretization_error, summary.clearance, summary.touching, n_before,
                 folded_faces(mesh, cage, summary, options), summary.n_unfolded, path,
             )  # fmt: skip
 

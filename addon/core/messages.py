@@ -178,11 +178,24 @@ def growth_text(request: Request, solution: Solution) -> str:
     return f"The surface has {times:.3g} times the area that it had: with a free boundary bending falls as it grows. Hold the boundary, or more vertices"
 
 
+_NEXT_TO_ALL = 0.99  # of the energy, from which on a strength below 1 is said to have left the shape as it was
+
+
+def unchanged_text(request: Request, solution: Solution) -> str:
+    """That the strength left next to all of the shape, and what to do, in a sentence; empty if not."""
+    before, after = solution.start.objective, solution.end.objective
+    ended = solution.stop in ("converged", "settled")
+    if not ended or request.strength == 1 or request.within > 0 or not 0 < before * _NEXT_TO_ALL <= after:
+        return ""
+    return f"Strength {request.strength:.3g} takes short bumps only, and there are next to none here: raise it to change more"
+
+
 def crossings_text(solution: Solution) -> str:
     """That the result's surface crosses itself, in a sentence; empty if it was not found to."""
     if solution.crossings is None or not solution.crossings.n_pairs:
         return ""
-    return f"The surface crosses itself at {_counted(solution.crossings.n_pairs, 'pair', 'pairs')} of faces"
+    before = f", the original at {solution.n_crossing_before}" if solution.n_crossing_before else ""
+    return f"The surface crosses itself at {_counted(solution.crossings.n_pairs, 'pair', 'pairs')} of faces{before}"
 
 
 def folds_text(solution: Solution) -> str:
@@ -205,7 +218,7 @@ def contact_text(request: Request, solution: Solution) -> str:
     if solution.touching:
         pairs, gap = _counted(len(solution.touching), "pair", "pairs"), number_text(solution.clearance)
         parts.append(f"The surface is held by contact with itself: {pairs} of faces, {gap} apart at the closest")
-    if solution.n_crossing_before:
+    if solution.n_crossing_before and not crossings_text(solution):
         pairs_before = _counted(solution.n_crossing_before, "pair", "pairs")
         parts.append(f"The original crosses itself at {pairs_before} of faces, which may go on crossing")
     return ". ".join(parts)

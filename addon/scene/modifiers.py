@@ -93,7 +93,7 @@ def _mirror(obj: bpy.types.Object, before: list[bpy.types.Modifier]) -> Mirror |
         return None
     modifier = found[0]
     if any(used and cut for used, cut in zip(modifier.use_axis, modifier.use_bisect_axis)):
-        raise CageError(f"{_where(obj, modifier)} cuts the mesh: switch Bisect off, or apply the modifier first.")
+        raise CageError(f"{_where(obj, modifier)} cuts the mesh: delete the half that it cuts away and switch Bisect off, or apply the modifier first.")
     axes = tuple(axis for axis in range(3) if modifier.use_axis[axis])
     threshold = modifier.merge_threshold if modifier.use_mirror_merge else 0.0
     return Mirror(modifier.name, axes, threshold, (modifier.mirror_object or obj).name)

@@ -2,7 +2,8 @@
 """From arrays to the new object beside the original, and the energies that it remembers.
 
 The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
-the same original), so that both are seen at once and nothing about the original changes. Its mesh is the optimized cage
+the same original), so that both are seen at once and nothing about the original changes; or in the original's place, if its
+surface goes through places of the scene. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
 shows the limit surface; if the original is half of a cage, so is the result, and it has the original's Mirror
 modifier. Loose vertices and edges are carried along. Materials are those of the original; energies are custom
@@ -52,7 +53,7 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     start, end = (written.positions(xyz, loose) for xyz in (solution.start_positions, solution.cage.positions))
     mesh = make_result_mesh(name, written, end)
     result = bpy.data.objects.new(name, mesh)
-    result.matrix_world = beside(context.scene, source, solution.cage.positions) @ source.frame
+    result.matrix_world = place_of_new(context.scene, source, request, solution.cage.positions)
     if original is not None and original.type == "MESH":
         carry_materials(original, mesh, source, written)
     if source.mirror is not None:
@@ -223,6 +224,12 @@ def carry_materials(original: bpy.types.Object, mesh: bpy.types.Mesh, source: So
     if original.material_slots:
         parents = face_parents(source.mesh.face_sizes, len(written.face_sizes))
         mesh.polygons.foreach_set("material_index", source.face_material[parents].astype(np.int32))
+
+
+def place_of_new(scene: bpy.types.Scene, source: Source, request: Request, positions: np.ndarray) -> Matrix:
+    """From the source's frame to where a new object with these positions (n, 3) stands: past the original, but in its
+    place if the surface goes through places of the scene, for it would go through nothing anywhere else."""
+    return source.frame if request.goes_through else beside(scene, source, positions) @ source.frame
 
 
 def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Matrix:

@@ -93,7 +93,7 @@ strength, with Slide, or with Keep Volume"""
             warnings = messages.refined_text(request), messages.volume_text(request, solution), held, folded, grown, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
             told = messages.marks_text(request), messages.sliding_text(request, solution), messages.contact_text(request, solution)
-            parts = *warnings, *told, smoothed, shown
+            parts = *warnings, messages.unchanged_text(request, solution), *told, smoothed, shown
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
             text = messages.solution_text(request, solution, _remark)

@@ -75,7 +75,7 @@ Volume"""
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
             grown, crossed = messages.growth_text(request, solution), messages.crossings_text(solution)
             found = messages.volume_text(request, solution), held, folded, grown, crossed, moved.remark
-            parts = *found, messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
+            parts = *found, messages.unchanged_text(request, solution), messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"

@@ -48,7 +48,7 @@ RIMS = (
 
 SYMMETRIES = (
     ("AUTO", "Automatic", "Keeps the reflections and rotations of the cage. At strength 1, with third-order energies, "
-     "it gives some up where each halving of their number lowers the energy by 6 % or more, on levels of 100 to 2000 "
+     "it gives some up where each halving of their number lowers the energy by 6 % or more, on levels of 20 to 2000 "
      "vertices"),
     ("KEEP", "All", "Keeps all reflections and rotations of the cage. With n symmetries a run is almost n times as "
      "fast"),

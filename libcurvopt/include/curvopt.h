@@ -697,7 +697,8 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
 
 /* Why vertices are held and faces left out of the energy. A face is left out if the surface has no finite energy at one
  * of its corners, or no neighbourhood like a disc's or a half disc's; it stays out on finer levels. The vertices of
- * such faces are held: they stay exactly where they are, and on finer levels where subdivision puts them. All the rest
+ * such faces are held: they stay where they are, to rounding, and on finer levels where subdivision puts them, unless
+ * options.constraints put them at a place, which goes before this and before options.boundary. All the rest
  * is optimized. A run decides once, by the cage that it begins with. X(NAME, value, "name", text)
  *   ISOLATED, CROWDED_EDGE, FLIPPED, PINCHED
  *                     the cage is no manifold there, or not consistently oriented

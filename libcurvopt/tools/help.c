@@ -22,7 +22,7 @@ static const char help_text[] =
     "energy, it is held as it is, and the report says where and why.\n"
     "\n"
     "FILEs that are written are whole or not there: each is made as FILE.PROCESS.part first. Files of such names\n"
-    "that no running process holds are taken for those of killed runs and removed.\n"
+    "that no running process holds are taken for those of killed runs and removed. A symbolic link is replaced.\n"
     "\n"
     "options\n"
     "  --energy E           willmore, mvs, mvs_cross, variation, mehlum_tarrou, area, mean_curvature, or a mix by\n"

@@ -518,12 +518,16 @@ static int run_minimize(arguments *a) {
     return status;
 }
 
+static int wants_help(const char *argument) {
+    return !strcmp(argument, "--help") || !strcmp(argument, "-h");
+}
+
 static int run(int argc, char **argv) {
     arguments a;
     char message[512];
     if (argc < 2)
         return usage_error("no command");
-    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h"))
+    if (wants_help(argv[1]) || (argc > 2 && wants_help(argv[2])))
         return help_print() < 0 ? ARGUMENTS_COULD_NOT : ARGUMENTS_DONE;
     if (!strcmp(argv[1], "--version")) {
         printf("curvopt %s\n", curvopt_version());

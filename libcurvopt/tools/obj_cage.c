@@ -51,20 +51,30 @@ static int is_blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
+/* Characters of a backslash and the end of a line behind it, with which the line goes on; 0 where there are none. */
+static size_t continues(const cursor *c) {
+    const size_t left = (size_t)(c->end - c->at);
+    if (left > 1 && !memcmp(c->at, "\\\n", 2))
+        return 2;
+    return left > 2 && !memcmp(c->at, "\\\r\n", 3) ? 3 : 0;
+}
+
 /* The next word of the line into word [MAX_NUMBER]; its length, 0 at the line's end. What is longer than any number
  * becomes a word that is none. */
 static size_t next_word(cursor *c, char *word) {
     size_t length = 0;
-    while (c->at < c->end && (is_blank(*c->at) || (*c->at == '\\' && c->at + 1 < c->end && c->at[1] == '\n'))) {
-        if (*c->at == '\\') {
+    for (;;) {
+        const size_t end_of_line = continues(c);
+        if (c->at < c->end && is_blank(*c->at))
             c->at++;
-            c->line++;
-        }
-        c->at++;
+        else if (end_of_line)
+            c->at += end_of_line, c->line++;
+        else
+            break;
     }
     while (c->at < c->end && !is_blank(*c->at) && *c->at != '\n' && *c->at != '#') {
         if (length + 1 < MAX_NUMBER)
-            word[length++] = *c->at;
+            word[length++] = *c->at ? *c->at : '?'; /* a byte 0 ends no word */
         else
             memcpy(word, "...", 4), length = 3;
         c->at++;
@@ -339,6 +349,8 @@ static int hide_boundary(builder *b) {
 
 int obj_parse(const char *text, size_t length, obj_cage *cage, char *message, size_t size) {
     cursor c = {.at = text, .end = text + length, .line = 1};
+    if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3)) /* the mark that some editors begin with */
+        c.at += 3;
     builder b = {.cage = cage, .message = message, .message_size = size};
     *cage = (obj_cage){.boundary_rule = -1};
     while (c.at < c.end) {

@@ -1,6 +1,7 @@
 /* Values of options, from text. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "option_values.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
@@ -21,7 +22,7 @@ int parse_integer(const char *text, int32_t *out) {
 int parse_real(const char *text, double *out) {
     char *end;
     *out = strtod(text, &end);
-    return end == text || *end;
+    return end == text || *end || isspace((unsigned char)*text);
 }
 
 int edit_distance(const char *from, const char *to) {

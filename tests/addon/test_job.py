@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 import shapes
-from addon.binding import abi, library, locate
+from addon.binding import abi, library, locate, measure
 from addon.binding.values import Cage, Exceptions, Held
 from addon.core import energy, job, least, messages
 
@@ -176,6 +176,20 @@ def test_an_energy_that_could_not_fall_is_said_once():
     cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
     text = messages.solution_text(request, job.solve(cube, request))
     assert text.startswith("Willmore is 25.499 as before, stayed near the original (strength 0.3), converged ")
+
+
+def test_a_run_that_left_next_to_all_as_it_was_says_what_to_do():
+    points, faces = shapes.cube()
+    cube = library.Cage(points, *(np.array(part) for part in shapes.packed(faces)))
+    points, faces = shapes.bottle()
+    bumpy = library.Cage(np.asarray(points, float), *(np.array(part) for part in shapes.packed(faces)))
+    said = []
+    for strength, cage in ((0.3, cube), (1.0, cube), (0.3, bumpy)):
+        request = job.Request("willmore", 1, strength=strength)
+        solution = job.solve(cage, request)
+        said.append(messages.unchanged_text(request, solution))
+        assert messages.unchanged_text(request, dataclasses.replace(solution, stop="cancelled")) == ""
+    assert said[0].startswith("Strength 0.3 takes short bumps only") and said[1:] == ["", ""]
 
 
 def test_strength_below_1_stays_near_the_cage_and_says_so():
@@ -451,8 +465,21 @@ def test_solutions_say_how_far_and_whether_they_cross():
     assert messages.crossings_text(solution) == "" and solution.crossings.is_complete
     crossed = dataclasses.replace(solution, crossings=dataclasses.replace(solution.crossings, n_pairs=2))
     assert messages.crossings_text(crossed) == "The surface crosses itself at 2 pairs of faces"
+    before = dataclasses.replace(crossed, n_crossing_before=3)
+    assert messages.crossings_text(before) == "The surface crosses itself at 2 pairs of faces, the original at 3"
     stopped = job.solve(cube, job.Request(energy="mvs", levels=3), lambda progress: True)
     assert stopped.deviation is None and messages.deviation_text(stopped) == messages.crossings_text(stopped) == ""
+
+
+def test_what_crosses_in_the_original_is_counted_where_the_result_crosses():
+    points, faces = shapes.cube()
+    both, n = np.concatenate([points, np.asarray(points) + [0.9, 0.2, 0.1]]), len(points)
+    faces = [*faces, *([v + n for v in face] for face in faces)]
+    cage = library.Cage(both, *(np.array(part) for part in shapes.packed(faces)))
+    solution = job.solve(cage, job.Request(energy="willmore", levels=1))
+    with library.Mesh.of_cage(library.load(), cage) as mesh:
+        found = measure.crossings(mesh, cage.positions).n_pairs
+    assert solution.crossings.n_pairs > 0 and solution.n_crossing_before == found > 0
 
 
 def test_a_folded_mesh_is_unfolded_and_named():

@@ -407,3 +407,19 @@ def test_umbilics_of_a_result_are_smoothed_by_its_own_size(hold, spacing, energy
         assert not 0.98 < radius(result.mesh) / radius(mesh) < 1.02
         assert abs(end.objective - again.objective) <= 1.001 * (end.objective_error + again.objective_error)
         assert end.objective_error <= 1e-4 * end.objective
+
+
+@pytest.mark.parametrize("part", [0.8, 0.99])
+@pytest.mark.parametrize("levels", [1, 2])
+def test_a_number_that_nothing_may_change_yet_is_left_to_finer_levels(part, levels):
+    """A cube of eight vertices with all of its symmetries can only change its size, which no reduced volume depends on. (It was
+    refused, for its surface was "degenerate".)"""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    cube = mesh_from_faces(corners, [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    result = lib.minimize(cube, levels=levels, symmetry=KEEP, hold={"volume": ("reduced", part)})
+    end = result.summary.end
+    found = 6 * np.sqrt(pi) * end.volume / end.area ** 1.5
+    if levels == 1:
+        assert np.abs(result.mesh.xyz - corners).max() < 1e-12 and result.verdict == "not stationary"
+    else:
+        assert found == pytest.approx(part, rel=1e-6) and result.verdict == "minimum"

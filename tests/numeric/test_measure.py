@@ -234,6 +234,26 @@ def test_large_cage_and_threads():
     assert (some.n_pairs, some.n_listed) == (one.n_pairs, 5) and some.pairs.tolist() == one.pairs.tolist()[:5]
 
 
+# ------------------------------------------------------------------------------------------------------- units --
+
+@pytest.mark.parametrize("exponent", [-330, -200, 40, 200, 330])
+def test_any_unit_has_the_same_digits(exponent):
+    """Coordinates from 1e-99 to 1e99: lengths in another unit, a power of two, are the same to the last bit."""
+    def in_unit(mesh):
+        return mesh_from_faces(np.ldexp(mesh.xyz, exponent), mesh.face_list())
+
+    cage, crossed = torus_cage(7, 5, 0.5), linked(0.45)
+    other = mesh_from_faces(cage.xyz + 0.05 * np.sin(7 * cage.xyz[:, ::-1]), cage.face_list())
+    (one, far), (two, scaled) = lib.deviation(cage, other), lib.deviation(in_unit(cage), in_unit(other))
+    for key in ("max", "rms", "bound", "size"):
+        assert getattr(two, key) == np.ldexp(getattr(one, key), exponent) > 0
+    assert list(two.point) == list(np.ldexp(one.point, exponent)) and (scaled == np.ldexp(far, exponent)).all()
+    assert lib.crossings(in_unit(crossed)).pairs.tolist() == lib.crossings(crossed).pairs.tolist() != []
+    cage.xyz[3] = 2 * cage.xyz[9] - cage.xyz[3]
+    assert lib.folds(in_unit(cage)).tolist() == lib.folds(cage).tolist()
+    assert lib.folds(in_unit(other)).tolist() == []
+
+
 # ------------------------------------------------------------------------------------------------ command line --
 
 def test_command_line(tmp_path):

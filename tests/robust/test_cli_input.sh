@@ -145,4 +145,22 @@ test_unusual_but_good_files_are_read() {
     [[ $OUT == "$plain" ]] || fail "a last line without its end changes the result: $OUT"
 }
 
+test_lines_end_as_other_systems_end_them() {
+    cube_obj >cage.obj
+    run evaluate cage.obj
+    local plain=$OUT
+    { printf '\357\273\277' && sed 's/$/\r/; s/^f \([0-9]*\) /f \1 \\\r\n/' cage.obj; } >other.obj
+    grep -q '\\' other.obj || fail "no line goes on"
+    run evaluate other.obj
+    expect 0 ''
+    [[ $OUT == "$plain" ]] || fail "a mark, CR and lines that go on change the result: $OUT"
+}
+
+test_a_byte_0_is_no_coordinate() {
+    cube_obj | sed '3s/.*/v 1@2 0 0/' | tr '@' '\000' >cage.obj
+    refuse_file cage.obj "line 3: not a coordinate: 1?2"
+    cube_obj | sed '3s/.*/v @ 0 0/' | tr '@' '\000' >cage.obj
+    refuse_file cage.obj "line 3: not a coordinate: ?"
+}
+
 run_tests

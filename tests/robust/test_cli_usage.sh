@@ -255,10 +255,22 @@ test_energy_that_the_surface_cannot_carry_is_refused() {
     refused 1 "no finite third-order energy" minimize cage.obj -o result.obj --energy mvs --surface limit
 }
 
+test_a_weight_begins_with_its_number() {
+    cube_obj >cage.obj
+    refused 2 "--energy cannot be" evaluate cage.obj --energy $'willmore:\t1' --json result.json
+}
+
 test_help_and_version() {
     run --help
     expect 0 ''
     [[ $OUT == *"usage: curvopt evaluate"* && $OUT == *"exit status"* ]] || fail "help: $OUT"
+    local help=$OUT
+    run minimize --help
+    expect 0 ''
+    [[ $OUT == "$help" ]] || fail "help of a command: $OUT"
+    run evaluate -h
+    expect 0 ''
+    [[ $OUT == "$help" ]] || fail "help of a command: $OUT"
     local option
     for option in --energy --surface --tolerance --threads --json --quiet --output --levels --method --max-iterations \
         --joshi-sequin --trace --deviation-from; do

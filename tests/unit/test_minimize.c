@@ -396,6 +396,9 @@ static void test_the_first_level_at_which_a_vertex_may_move(void **state) {
         check_moving_level(mesh, &c, &o, 0);
         o.constraints = NULL;
     }
+    o.levels = CURVOPT_MAX_LEVELS; /* nothing is subdivided that often to see it */
+    o.constraints = &pins;
+    check_moving_level(mesh, &c, &o, 0);
     curvopt_mesh_destroy(mesh);
     cage_free(&c);
 }

@@ -31,6 +31,23 @@ static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_err
     return status == CURVOPT_OK ? co_thread_pool_create(threads, pool, error) : status;
 }
 
+/* Of lengths as they are given, products may be larger or smaller than numbers can be. Times 2^exponent the cage has a
+ * size near 1, and what is measured has the same digits. */
+static int exponent_for(const curvopt_mesh *mesh, const double *xyz) {
+    double centroid[3];
+    const double size = co_similarity_mesh_frame(mesh, xyz, centroid);
+    return size > 0 && size < INFINITY ? -ilogb(size) : 0;
+}
+
+/* xyz [3 n_vertices] times that; NULL without memory. */
+static double *times_power(const curvopt_mesh *mesh, const double *xyz, int exponent) {
+    const size_t n = 3 * (size_t)mesh->info.n_vertices;
+    double *out = CO_NEW(double, n);
+    for (size_t i = 0; out && i < n; i++)
+        out[i] = ldexp(xyz[i], exponent);
+    return out;
+}
+
 typedef struct vertices {
     const co_nearest *surface;
     const double *limits;
@@ -136,13 +153,15 @@ static int32_t cut_into_pieces(surfaces *s, co_thread_pool *pool, const curvopt_
 int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, const curvopt_mesh *other,
                                   const double *other_xyz, int32_t threads, const curvopt_cancel *cancel,
                                   curvopt_deviation *out, size_t size, double *distances, curvopt_error *error) {
-    surfaces s = {.mesh = {mesh, other}, .xyz = {xyz, other_xyz}};
     co_deviation found;
     co_thread_pool *pool = NULL;
     double farthest = (double)INFINITY;
     if (!mesh || !xyz || !other || !other_xyz || !out)
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !other ? "other" : !out ? "out" : "other_xyz");
-    int32_t status = start_threads(threads, &pool, error);
+    const int exponent = exponent_for(mesh, xyz);
+    double *mine = times_power(mesh, xyz, exponent), *theirs = times_power(other, other_xyz, exponent);
+    surfaces s = {.mesh = {mesh, other}, .xyz = {mine, theirs}};
+    int32_t status = mine && theirs ? start_threads(threads, &pool, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = cut_into_pieces(&s, pool, cancel, error);
     if (status == CURVOPT_OK)
@@ -156,17 +175,24 @@ int32_t curvopt_measure_deviation(const curvopt_mesh *mesh, const double *xyz, c
         status = CURVOPT_OK;
     }
     if (status == CURVOPT_OK) {
-        double centroid[3];
-        curvopt_deviation theirs = {.max = found.max, .rms = found.rms};
-        theirs.bound = fmax(found.max, fmin(found.bound, farthest));
-        theirs.size = co_similarity_mesh_frame(mesh, xyz, centroid);
+        double centroid[3], bound = fmax(found.max, fmin(found.bound, farthest));
         if (co_cancel_is_requested(cancel))
-            theirs.bound = fmin(theirs.bound, joint_diagonal(mesh, xyz, other, other_xyz));
-        memcpy(theirs.point, found.point[0], sizeof theirs.point);
-        memcpy(theirs.other_point, found.point[1], sizeof theirs.other_point);
-        co_api_copy_out(out, size, &theirs, sizeof theirs);
+            bound = fmin(bound, joint_diagonal(mesh, mine, other, theirs));
+        curvopt_deviation measured = {.max = ldexp(found.max, -exponent),
+                                      .rms = ldexp(found.rms, -exponent),
+                                      .bound = ldexp(bound, -exponent),
+                                      .size = co_similarity_mesh_frame(mesh, xyz, centroid)};
+        for (int c = 0; c < 3; c++) {
+            measured.point[c] = ldexp(found.point[0][c], -exponent);
+            measured.other_point[c] = ldexp(found.point[1][c], -exponent);
+        }
+        for (int32_t v = 0; distances && v < other->info.n_vertices; v++)
+            distances[v] = ldexp(distances[v], -exponent);
+        co_api_copy_out(out, size, &measured, sizeof measured);
     }
     free_pieces(&s);
+    free(mine);
+    free(theirs);
     co_thread_pool_destroy(pool);
     return status;
 }
@@ -196,8 +222,9 @@ int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const cu
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : "options");
     co_cancel_start_at_once(&flag, cancel);
     const int32_t n_faces = mesh->info.n_faces;
+    double *scaled = times_power(mesh, xyz, exponent_for(mesh, xyz));
     uint8_t *left_out = CO_NEW(uint8_t, n_faces), *found = CO_NEW(uint8_t, n_faces);
-    int32_t status = left_out && found ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = scaled && left_out && found ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         status = co_api_take_options(options, &own, error);
     if (status == CURVOPT_OK)
@@ -207,7 +234,7 @@ int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const cu
     for (int32_t f = 0; status == CURVOPT_OK && f < n_faces; f++)
         left_out[f] = exceptions.face[f] >= 0;
     if (status == CURVOPT_OK)
-        status = co_folds_find(mesh, xyz, left_out, &flag, found, &n, error);
+        status = co_folds_find(mesh, scaled, left_out, &flag, found, &n, error);
     if (status == CO_CANCELLED)
         status = CURVOPT_OK;
     for (int32_t f = 0; status == CURVOPT_OK && folded && f < n_faces; f++)
@@ -215,6 +242,7 @@ int32_t curvopt_find_folds(const curvopt_mesh *mesh, const double *xyz, const cu
     if (status == CURVOPT_OK && n_folded)
         *n_folded = n;
     co_exceptions_free(&exceptions);
+    free(scaled);
     free(left_out);
     free(found);
     return status;
@@ -230,9 +258,10 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
         return co_api_null(error, !mesh ? "mesh" : !xyz ? "xyz" : !out ? "out" : "pairs");
     if (n_room < 0)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "n_room is %d; it must be 0 or more", n_room);
-    int32_t status = start_threads(threads, &pool, error);
+    double *scaled = times_power(mesh, xyz, exponent_for(mesh, xyz));
+    int32_t status = scaled ? start_threads(threads, &pool, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, xyz, TIP_COARSE, pool, cancel, &pieces, error);
+        status = co_pieces_create(mesh, scaled, TIP_COARSE, pool, cancel, &pieces, error);
     if (status == CURVOPT_OK)
         status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
     if (status == CO_CANCELLED)
@@ -245,6 +274,7 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
     }
     co_crossings_free(&found);
     co_pieces_free(&pieces);
+    free(scaled);
     co_thread_pool_destroy(pool);
     return status;
 }

@@ -147,11 +147,24 @@ static void separate_ways(co_held_level *h) {
     find_along(h);
 }
 
+/* Largest change of a constraint, relative, that counts for rounding when every variable moves by the cage's size. */
+static const double ROUNDING = 1e-10;
+
+static int moves_nothing(const co_held_level *h, const double *x) {
+    const size_t n = n_of(h);
+    const double size = co_vector_norm(n, x);
+    for (int k = 0; k < h->numbers.n; k++)
+        if (co_vector_norm(n, h->gradient + (size_t)k * n) * size <= ROUNDING)
+            return 1;
+    return 0;
+}
+
 void co_held_level_choose_ways(co_held_level *h, const double *x) {
     double integral[CO_N_INTEGRALS];
     place(h, x);
     co_assembly_numbers(h->assembly, h->positions, co_held_numbers_has_mean(&h->numbers), integral);
     find_gradients(h, integral, 1);
+    h->is_idle = moves_nothing(h, x);
     memcpy(h->newton.way, h->gradient, (size_t)h->numbers.n * n_of(h) * sizeof *h->gradient);
     separate_ways(h);
 }

@@ -19,6 +19,7 @@
 typedef struct co_held_level {
     co_held_numbers numbers; /* with the targets of the moment; n = 0: nothing is held, and the rest is empty */
     co_newton_held newton;   /* the ways, and the multipliers where the gradient was evaluated last */
+    int is_idle;             /* nothing that may move changes the numbers: they stay as they are on this level */
     double *back;            /* [n_variables] where a point went back to */
     double *gradient;        /* [numbers.n + 1][n_variables] A, and work */
     double along[CURVOPT_N_SCALARS][CURVOPT_N_SCALARS]; /* A^T W, where the gradient was evaluated last */
@@ -34,7 +35,7 @@ typedef struct co_held_level {
 int32_t co_held_level_create(const co_held_numbers *numbers, const co_dof_map *dofs, co_assembly *assembly,
                              double *positions, double *point_gradient, co_held_level *out, curvopt_error *error);
 void co_held_level_free(co_held_level *held);
-/* The ways become the constraints' gradients at x [n_variables]. */
+/* The ways become the constraints' gradients at x [n_variables], unless these are rounding: then the level is idle. */
 void co_held_level_choose_ways(co_held_level *held, const double *x);
 /* After the caller has changed them: of what each vertex moves by, only the part along the volume's gradient stays, so
  * that no way slides vertices into folds; and they are separated. x [n_variables]: where they were chosen. */

@@ -248,7 +248,9 @@ static int32_t aim(co_level *l, int *is_there, int *changed, curvopt_error *erro
     if (!l->objective.run->held || n_of(l) == 0)
         return CURVOPT_OK;
     co_held_level_choose_ways(&l->objective.numbers, l->now.x);
-    if (l->hessian.exists)
+    if (l->objective.numbers.is_idle)
+        l->hessian.system.held = NULL;
+    else if (l->hessian.exists)
         status = co_level_hessian_soften_ways(&l->hessian, &l->now, error);
     if (status == CURVOPT_OK)
         *is_there = co_level_objective_aim(&l->objective, l->objective.run->options->max_step, &l->now, changed);
@@ -395,6 +397,11 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
             if (others[k] == l->review.first && *stop != CURVOPT_STOP_CANCELLED)
                 *stop = CURVOPT_STOP_UNRESOLVED;
         }
+    }
+    if (!isfinite(least)) { /* by these rules held numbers are elsewhere, and the way there may leave a limit */
+        int is_there;
+        memcpy(l->now.x, l->review.first, n_of(l) * sizeof *l->now.x);
+        return aim(l, &is_there, &changed, error);
     }
     co_level_objective_evaluate(&l->objective, &l->now);
     co_level_objective_go_back(&l->objective, &l->now);

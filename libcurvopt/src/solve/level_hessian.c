@@ -28,7 +28,7 @@ static int32_t create_system(co_level_hessian *h, curvopt_error *error) {
     co_couplings_free(&couplings);
     if (status != CURVOPT_OK)
         return status;
-    h->system.held = o->numbers.numbers.n ? &o->numbers.newton : NULL;
+    h->system.held = o->numbers.numbers.n && !o->numbers.is_idle ? &o->numbers.newton : NULL;
     h->system.leaves_motions_out = o->sliding != NULL;
     h->exists = 1;
     return CURVOPT_OK;
@@ -92,7 +92,7 @@ static int32_t assemble_at(co_level_hessian *h, const double *z, co_second_kind 
                            curvopt_error *error) {
     co_level_objective *o = h->objective;
     const double *before = kind.before;
-    if (o->numbers.numbers.n && kind.exact) { /* its multipliers are wanted */
+    if (h->system.held && kind.exact) { /* its multipliers are wanted */
         co_iterate at = {.x = (double *)z, .gradient = o->numbers.work};
         co_level_objective_evaluate(o, &at);
     }

@@ -64,7 +64,7 @@ void co_level_objective_restrict(const co_level_objective *o, double *d) {
 }
 
 static int holds_numbers(const co_level_objective *o) {
-    return o->numbers.numbers.n > 0;
+    return o->numbers.numbers.n > 0 && !o->numbers.is_idle;
 }
 
 /* Longest displacement of a vertex on its way back to held numbers. */

@@ -50,6 +50,10 @@ static int32_t subdivide(stage *s, const double *xyz, curvopt_error *error) {
     return status;
 }
 
+/* What may move does so by this level: three rows of vertices, held on all sides, leave one free inside a face that is
+ * eight faces wide by then. What is held for other reasons stays so. */
+enum { LAST_TO_FREE = 4 };
+
 int32_t co_moving_level_find(const curvopt_mesh *mesh, const double *xyz, const co_constraints *constraints,
                              int32_t boundary, int32_t levels, int32_t *level, curvopt_error *error) {
     stage s = {0};
@@ -60,13 +64,14 @@ int32_t co_moving_level_find(const curvopt_mesh *mesh, const double *xyz, const 
         if (status == CURVOPT_OK)
             status = co_constraints_copy(mesh, constraints, &s.constraints, error);
     }
-    while (status == CURVOPT_OK && !moves && at < levels) {
+    while (status == CURVOPT_OK && !moves && at < levels && at < LAST_TO_FREE) {
         at++;
         status = subdivide(&s, xyz, error);
         if (status == CURVOPT_OK)
             status = look_at(s.mesh, &s.constraints, boundary, &moves, error);
     }
-    *level = moves ? at : 0;
+    if (status == CURVOPT_OK)
+        *level = moves ? at : 0;
     free_stage(&s);
     return status;
 }

@@ -221,8 +221,8 @@ static int32_t find_exceptions(co_run *r, const curvopt_mesh *mesh, curvopt_erro
  * move. */
 static int32_t check_motion(co_run *r, const curvopt_mesh *mesh, curvopt_error *error) {
     const curvopt_options *o = r->context.options;
-    int32_t level,
-        status = co_moving_level_find(mesh, r->at.xyz, &r->constraints, o->boundary, o->levels, &level, error);
+    int32_t level = 0,
+            status = co_moving_level_find(mesh, r->at.xyz, &r->constraints, o->boundary, o->levels, &level, error);
     if (status == CURVOPT_OK)
         r->stands = level == 0;
     return r->stands && !r->is_component ? co_constraints_refuse(mesh, error) : status;

@@ -32,7 +32,7 @@ def add_empty(collection, obj, place, axis):
 
 
 def surface_of(obj):
-    """Blender's limit surface, finely, in the object's space, which is the original's: a new result stands beside it."""
+    """Blender's limit surface, finely, in the object's space, which is the original's."""
     modifier = next(m for m in obj.modifiers if m.type == "SUBSURF")
     modifier.levels, modifier.use_limit_surface, modifier.quality = 5, True, 10
     bpy.context.view_layer.update()
@@ -83,8 +83,8 @@ def test_through_empties_with_their_normals(ball, targets, part, resolution, lev
     empties = [add_empty(targets, ball, place, place + [0.2, -0.1, 0.1]) for place in AXES]
     axes = [(ball.matrix_world.inverted() @ empty.matrix_world).to_3x3().col[2] for empty in empties]
     result = minimize(ball, resolution=resolution, levels=levels, through="Targets")
-    surface = surface_of(result)
-    free = [surface.find_nearest(Vector(place)) for place in AXES]
+    surface, stands = surface_of(result), result.matrix_world.inverted() @ ball.matrix_world  # among its places
+    free = [surface.find_nearest(stands @ Vector(place)) for place in AXES]
     assert max(found[3] for found in free) < 2e-4
     cosines = [abs(np.dot(found[1], axis)) for found, axis in zip(free, axes)]
     assert min(cosines) < 0.995  # nothing holds them

@@ -451,7 +451,7 @@ def test_bisect(half):
     obj.modifiers[0].use_bisect_axis[0] = True  # of an axis that is not used
     minimize(obj)
     obj.modifiers[0].use_bisect_axis[1] = True
-    refused(obj, "Modifier 'Mirror' of object 'half_mug' cuts the mesh: switch Bisect off")
+    refused(obj, "Modifier 'Mirror' of object 'half_mug' cuts the mesh: delete the half that it cuts away and switch Bisect off")
 
 
 def test_second_mirror(half):

@@ -286,12 +286,14 @@ def slide():
 
 
 def beside(ball, targets, tilt, distance):
-    """Looks at `ball` and its result, which has copies of the targets."""
+    """Looks at `ball` and its result, which is moved aside, among copies of the targets."""
     print(state().message, flush=True)
     result, view = bpy.context.object, viewport()[0].spaces.active.region_3d
+    aside = Vector((1.1 * (ball.dimensions.x + result.dimensions.x) / 2, 0, 0))
+    result.location += aside
     for target in targets:
         copy = target.copy()
-        copy.location = target.location + result.location - ball.location
+        copy.location = target.location + aside
         bpy.context.scene.collection.objects.link(copy)
     view.view_perspective, view.view_rotation = "PERSP", Euler((tilt, 0, 0)).to_quaternion()
     view.view_location, view.view_distance = result.location / 2 + ball.location / 2, distance
