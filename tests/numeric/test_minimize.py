@@ -8,10 +8,15 @@ Clifford torus' conformal class.
 """
 from __future__ import annotations
 
+import json
+import signal
+import subprocess
+import sys
 import threading
 import time
 from functools import lru_cache
 from math import pi, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +25,11 @@ import energy_ref
 import lib
 from ccref import topology
 from moebius import torus_fits
-from nets import bumpy_torus, cyclide, genus_cage, mixed_cage, periodic_net, perturbed, sphere_like, torus, torus_cage
+from nets import bumpy_torus, cyclide, genus_cage, mixed_cage, periodic_net, perturbed, sphere_like, torus, torus_cage, write_obj
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "corpus"))
+
+from large import geodesic  # noqa: E402
 
 RHOS = (0.15, 0.3, 0.5, 0.85)
 CLIFFORD = 8 * pi ** 2
@@ -208,6 +217,28 @@ def test_cancel_from_another_thread_ends_the_run_soon():
     timer.join()
     assert result.stop == "cancelled" and ended - at[0] <= 3.0
     assert result.summary.end.objective <= result.summary.start.objective
+
+
+def test_an_interrupt_before_a_turns_first_step_keeps_what_was_found(tmp_path):
+    """Along normals a run begins by rules that take long to make: in a new process, half of the time between the last step over
+    everything and the first one along normals. (The result was the input then.)"""
+    mesh = perturbed(geodesic(2), 0.12, 5)
+    cage, out, told = tmp_path / "cage.obj", tmp_path / "out.obj", tmp_path / "told.json"
+    write_obj(cage, mesh)
+    command = [lib.BUILD / "curvopt", "minimize", cage, "-o", out, "--energy", "mvs", "--levels", "1", "--threads", "1", "--quiet"]
+    subprocess.run([*command, "--trace", tmp_path / "way.csv"], check=True)
+    rows = [line.split(",") for line in (tmp_path / "way.csv").read_text().splitlines()]
+    method, seconds, energy = (rows[0].index(name) for name in ("method", "seconds", "energy"))
+    first = next(k for k, row in enumerate(rows) if row[method] == "newton")
+    before, after = float(rows[first - 1][seconds]), float(rows[first][seconds])
+    assert after - before > 0.2
+    run = subprocess.Popen([*command, "--json", told])
+    time.sleep((before + after) / 2)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(timeout=60) == 0
+    result = json.loads(told.read_text())
+    assert result["stop"] == "cancelled"
+    assert result["objective"] < 1.01 * float(rows[first - 1][energy]) < 0.5 * result["start"]["mvs"]
 
 
 @pytest.mark.parametrize("energy", ["willmore", "mvs"])

@@ -174,8 +174,12 @@ void co_run_end_cancelled(co_run *r, co_level *l, double started) {
         note_held(at, l);
         return;
     }
-    memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);
     at->energies = before;
+    if (at->turn) { /* what was found before this turn along normals stays */
+        at->report.energy = before.objective;
+        return;
+    }
+    memcpy(at->xyz, at->start, 3 * sizeof *at->xyz * (size_t)r->result->mesh->info.n_vertices);
     at->report.iterations = at->report.evaluations = 0;
 }
 
