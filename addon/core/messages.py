@@ -185,7 +185,7 @@ def unchanged_text(request: Request, solution: Solution) -> str:
     """That the strength left next to all of the shape, and what to do, in a sentence; empty if not."""
     before, after = solution.start.objective, solution.end.objective
     ended = solution.stop in ("converged", "settled")
-    if not ended or request.strength == 1 or request.within > 0 or not 0 < before * _NEXT_TO_ALL <= after:
+    if not ended or request.strength == 1 or request.within > 0 or not 0 < before * _NEXT_TO_ALL <= after <= before:
         return ""
     return f"Strength {request.strength:.3g} takes short bumps only, and there are next to none here: raise it to change more"
 
@@ -316,8 +316,8 @@ GO_THROUGH_EDIT = "Go Through does not count in Edit Mode: press Minimize in Obj
 _IN_BLENDER = (
     ("an infinitely sharp vertex makes a cone", "a vertex crease of 1, or the end of a loose edge, makes a cone"),
     (
-        "edges of length 0 leave no tangent plane",
-        "vertices in one place leave no tangent plane, Merge by Distance joins them",
+        "edges of length 0, or far too short for the cage, leave no tangent plane",
+        "vertices in one place, or next to it, leave no tangent plane, Merge by Distance joins them",
     ),
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
     ("spontaneous_curvature is", "Spontaneous Curvature is"),

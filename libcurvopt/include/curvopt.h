@@ -716,7 +716,7 @@ CURVOPT_API int32_t curvopt_options_validate(const curvopt_options *options, cur
     X(PINCHED, 3, "pinched", "separate fans of faces meet in the vertex")                                              \
     X(CONE, 4, "cone", "an infinitely sharp vertex makes a cone")                                                      \
     X(CORNER, 5, "corner", "a corner has several faces and makes a cone")                                              \
-    X(DEGENERATE, 6, "degenerate", "edges of length 0 leave no tangent plane")                                         \
+    X(DEGENERATE, 6, "degenerate", "edges of length 0, or far too short for the cage, leave no tangent plane")         \
     X(BESIDE, 7, "beside", "a face beside the vertex is left out")                                                     \
     X(HOLE, 8, "hole", "the face is a hole")
 

@@ -124,6 +124,10 @@ static void print_growth(const json_report *r, int32_t boundary) {
 /* Says to people, not to programs, what the run did. */
 static void print_run(const json_report *r, const curvopt_options *options) {
     const curvopt_summary *s = r->summary;
+    if (isnan(r->start->objective)) {
+        printf("%s: cancelled before the energies of the input were known; the output is the input\n", r->energy);
+        return;
+    }
     printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
            curvopt_stop_text(s->stop));
     print_verdict(s, options->verify);
