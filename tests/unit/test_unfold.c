@@ -193,6 +193,36 @@ static void test_what_cannot_be_unfolded(void **state) {
     cage_free(&c);
 }
 
+/* A cage that is shaken all over: no part of it is in its place, and all of it is smoothed until nothing is folded. */
+static void test_a_cage_that_is_folded_all_over(void **state) {
+    (void)state;
+    cage c = cage_torus(8, 4, 1, 0.3);
+    cage_perturb(&c, 0.5, 4);
+    curvopt_mesh *m = cage_mesh(&c);
+    co_constraints held = {0};
+    co_unfolding found;
+    curvopt_error error;
+    double *xyz = malloc(3 * sizeof *xyz * (size_t)c.n_vertices);
+    memcpy(xyz, c.xyz, 3 * sizeof *xyz * (size_t)c.n_vertices);
+    unfold(m, &(co_constraints){0}, xyz, &found);
+    CHECK_TRUE(found.n_folded > 0);
+    CHECK_INT(found.n_moved, c.n_vertices);
+    CHECK_INT(count_folds(m, xyz, NULL), 0);
+    CHECK_OK(co_constraints_allocate(c.n_vertices, &held, &error), &error);
+    for (int32_t v = 0; v < c.n_vertices; v++) {
+        held.freedom[v] = v == 5 ? 0 : 3;
+        memcpy(held.anchor + 3 * v, c.xyz + 3 * v, 3 * sizeof *xyz);
+    }
+    memcpy(xyz, c.xyz, 3 * sizeof *xyz * (size_t)c.n_vertices);
+    unfold(m, &held, xyz, &found);
+    CHECK_TRUE(found.n_moved == 0 || found.n_moved == c.n_vertices - 1);
+    CHECK_INT(memcmp(xyz + 15, c.xyz + 15, 3 * sizeof *xyz), 0);
+    co_constraints_free(&held);
+    free(xyz);
+    curvopt_mesh_destroy(m);
+    cage_free(&c);
+}
+
 static int32_t keep_first(const curvopt_progress *p, void *user) {
     double *first = user;
     if (p->iteration == 0)
@@ -254,7 +284,8 @@ static void test_what_is_lost_is_taken_back(void **state) {
     int n_taken = 0;
     for (uint64_t seed = 3; seed <= 6; seed++) { /* unfolded, and not; the same with a constraint that moves nothing */
         cage c = cage_torus(8, 4, 1, 0.3);
-        cage_perturb(&c, 0.5, 3 + (seed + 1) % 2);
+        const int more = (int)(seed + 1) % 2;
+        cage_perturb(&c, more ? 0.8 : 0.5, 3 + (uint64_t)more);
         curvopt_mesh *m = cage_mesh(&c), *fine;
         curvopt_options o;
         curvopt_error error;
@@ -359,6 +390,7 @@ int main(void) {
         cmocka_unit_test(test_a_plate_bends_least),
         cmocka_unit_test(test_what_moves),
         cmocka_unit_test(test_what_cannot_be_unfolded),
+        cmocka_unit_test(test_a_cage_that_is_folded_all_over),
         cmocka_unit_test(test_a_run),
         cmocka_unit_test(test_what_is_lost_is_taken_back),
         cmocka_unit_test(test_a_solver),

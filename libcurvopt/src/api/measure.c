@@ -35,8 +35,11 @@ static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_err
  * size near 1, and what is measured has the same digits. */
 static int exponent_for(const curvopt_mesh *mesh, const double *xyz) {
     double centroid[3];
+    int exponent = 0;
     const double size = co_similarity_mesh_frame(mesh, xyz, centroid);
-    return size > 0 && size < INFINITY ? -ilogb(size) : 0;
+    if (size > 0 && size < INFINITY)
+        frexp(size, &exponent);
+    return -exponent;
 }
 
 /* xyz [3 n_vertices] times that; NULL without memory. */

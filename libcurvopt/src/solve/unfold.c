@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_ROUNDS = 8 };
+enum { MOST_ROUNDS = 8, MOST_PASSES = 10 };
 /* Of a cage's vertices at least this part stays, and says where the others belong. */
 static const double LEAST_PART = 0.25;
 
@@ -77,6 +77,42 @@ static int32_t fill(unfolding *u, const double *xyz, co_cancel *cancel, int32_t 
     return status;
 }
 
+/* next [3 n_vertices] becomes u->xyz with its free vertices half of the way to the mean of their neighbours. */
+static void smooth(unfolding *u, double *next) {
+    const curvopt_mesh *m = u->mesh;
+    const size_t n = (size_t)m->info.n_vertices;
+    memset(next, 0, 3 * n * sizeof *next);
+    memset(u->count, 0, n * sizeof *u->count);
+    for (int32_t k = 0; k < m->info.n_edges; k++) {
+        const int32_t h = m->edge_corner[k], end[2] = {m->corner_vertex[h], co_mesh_destination(m, h)};
+        for (int i = 0; i < 2; i++) {
+            u->count[end[i]]++;
+            for (size_t c = 0; c < 3; c++)
+                next[3 * (size_t)end[i] + c] += u->xyz[3 * (size_t)end[1 - i] + c];
+        }
+    }
+    for (size_t i = 0; i < 3 * n; i++)
+        next[i] = u->free[i / 3] && u->count[i / 3] > 0 ? 0.5 * (u->xyz[i] + next[i] / u->count[i / 3]) : u->xyz[i];
+}
+
+/* Where too little of a cage is in its place to say where the rest belongs, all that may move is smoothed, as little as
+ * will do. *n: folded faces that are left. */
+static int32_t smooth_all(unfolding *u, const double *xyz, co_cancel *cancel, int32_t *n, curvopt_error *error) {
+    const size_t size = 3 * sizeof *xyz * (size_t)u->mesh->info.n_vertices;
+    double *next = CO_NEW(double, 3 * (size_t)u->mesh->info.n_vertices);
+    int32_t status = next ? CURVOPT_OK : co_status_no_memory(error);
+    memcpy(u->xyz, xyz, size);
+    for (int32_t v = 0; v < u->mesh->info.n_vertices; v++)
+        take(u, v);
+    for (int pass = 0; status == CURVOPT_OK && *n > 0 && u->n_free > 0 && pass < MOST_PASSES; pass++) {
+        smooth(u, next);
+        memcpy(u->xyz, next, size);
+        status = co_folds_find(u->mesh, u->xyz, u->all.left_out, cancel, u->folded, n, error);
+    }
+    free(next);
+    return status;
+}
+
 int32_t co_unfold(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary, co_cancel *cancel,
                   double *xyz, co_unfolding *out, curvopt_error *error) {
     const size_t n = (size_t)mesh->info.n_vertices;
@@ -95,6 +131,8 @@ int32_t co_unfold(const curvopt_mesh *mesh, const co_constraints *constraints, i
     out->n_folded = n_left;
     if (status == CURVOPT_OK)
         status = fill(&u, xyz, cancel, &n_left, error);
+    if (status == CURVOPT_OK && n_left > 0)
+        status = smooth_all(&u, xyz, cancel, &n_left, error);
     if (status == CURVOPT_OK && out->n_folded && !n_left) {
         out->n_moved = u.n_free;
         memcpy(xyz, u.xyz, 3 * n * sizeof *xyz);

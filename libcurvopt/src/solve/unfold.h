@@ -13,8 +13,9 @@ typedef struct co_unfolding {
 } co_unfolding;
 
 /* Puts the vertices of folded faces between their neighbours (mesh/fill.h), and more of these round them, until no face
- * is folded. What `constraints` and `boundary` hold stays. Where too little of the cage is left to say where they
- * belong, or held vertices fold it, xyz [3 n_vertices] stays what it was. ERROR_TOPOLOGY, ERROR_MEMORY, CO_CANCELLED.
+ * is folded. Where too little of the cage is left to say where they belong, all are smoothed. What `constraints` and
+ * `boundary` hold stays. Where folds are left then, xyz [3 n_vertices] stays what it was. ERROR_TOPOLOGY, ERROR_MEMORY,
+ * CO_CANCELLED.
  */
 int32_t co_unfold(const curvopt_mesh *mesh, const co_constraints *constraints, int32_t boundary, co_cancel *cancel,
                   double *xyz, co_unfolding *out, curvopt_error *error);
