@@ -86,7 +86,7 @@ SURFACES = (
 OUTCOMES = (
     ("NEW", "New Object", "The result is a new object beside the original, which stays as it is"),
     ("REPLACE", "In Place", "The result replaces the mesh of the object. With Refine, UV maps and weights are lost"),
-    ("SHAPE_KEY", "Shape Key", "The result is a shape key of the object. Needs the resolution Same Vertices"),
+    ("SHAPE_KEY", "Shape Key", "The result is a shape key of the object. Needs Same Vertices"),
 )
 
 _DEFAULT_WEIGHTS = {"mvs": 1.0, "willmore": 0.1}
