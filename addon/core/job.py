@@ -249,7 +249,8 @@ def _solve(
             if summary.stop != "cancelled":
                 deviation, crossings = measured(mesh, cage, result.mesh(), final, cancel)
             if crossings is not None and crossings.n_pairs and not request.options.get("no_crossings"):
-                n_before = measure.crossings(mesh, cage.positions, cancel=cancel).n_pairs
+                original = measure.crossings(mesh, cage.positions, cancel=cancel)
+                n_before = original.n_pairs if original.is_complete else 0
             path = recorder.path(mesh, final.positions) if recorder is not None else ()
             return Solution(
                 final, start, summary.start, summary.end, euler, stop, summary.verification, summary.seconds,

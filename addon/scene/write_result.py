@@ -53,7 +53,9 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     start, end = (written.positions(xyz, loose) for xyz in (solution.start_positions, solution.cage.positions))
     mesh = make_result_mesh(name, written, end)
     result = bpy.data.objects.new(name, mesh)
-    result.matrix_world = place_of_new(context.scene, source, request, solution.cage.positions)
+    result.matrix_world = source.frame  # where the surface goes through places, among these
+    if not request.goes_through:
+        result.matrix_world = beside(context.scene, source, solution.cage.positions) @ source.frame
     if original is not None and original.type == "MESH":
         carry_materials(original, mesh, source, written)
     if source.mirror is not None:
@@ -224,12 +226,6 @@ def carry_materials(original: bpy.types.Object, mesh: bpy.types.Mesh, source: So
     if original.material_slots:
         parents = face_parents(source.mesh.face_sizes, len(written.face_sizes))
         mesh.polygons.foreach_set("material_index", source.face_material[parents].astype(np.int32))
-
-
-def place_of_new(scene: bpy.types.Scene, source: Source, request: Request, positions: np.ndarray) -> Matrix:
-    """From the source's frame to where a new object with these positions (n, 3) stands: past the original, but in its
-    place if the surface goes through places of the scene, for it would go through nothing anywhere else."""
-    return source.frame if request.goes_through else beside(scene, source, positions) @ source.frame
 
 
 def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Matrix:

@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import bpy
 
-from ..core.job import ModalRun, Request
+from ..core.job import ModalRun
 from ..scene.read_cage import Source
-from ..scene.write_result import place_of_new
+from ..scene.write_result import beside
 from . import properties
 
 _REDRAW = 0.15  # seconds, at least, between two drawings of a run
@@ -38,7 +38,7 @@ def show(
         context.workspace.status_text_set(f"{text}   |   Enter: finish now   |   Esc: cancel")
 
 
-def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, request: Request, in_place: bool) -> None:
+def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, in_place: bool) -> None:
     """Draw the run where a new object would stand, or in front of the object itself; not in background."""
     if bpy.app.background:
         return
@@ -48,7 +48,7 @@ def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, req
     if in_place:
         loose = loose[:0]  # Blender draws them
     else:
-        placement = place_of_new(context.scene, source, request, source.cage.positions)
+        placement = beside(context.scene, source, source.cage.positions) @ placement
     at_end(Preview(context.scene.name, placement, run.job, run.label, loose, in_place).end)
 
 

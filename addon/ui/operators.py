@@ -82,7 +82,7 @@ Edit Mode the selected vertices move, and all others stay"""
     def _show_run(self, context: bpy.types.Context) -> None:
         """Preview, timer, message; from here on Blender calls `modal`."""
         in_place = self._edit is not None or self._request.goes_through
-        display.start_preview(context, self._source, _run, self._request, in_place)
+        display.start_preview(context, self._source, _run, in_place)
         manager = context.window_manager
         timer = manager.event_timer_add(_TICK, window=context.window)
         display.at_end(lambda: manager.event_timer_remove(timer))
