@@ -228,6 +228,55 @@ static void test_flag_stops_a_level(void **state) {
     solve_setting_free(s);
 }
 
+/* What takes long is cut off at the late_from-th look at the clock after the third step: whichever value is lost, the
+ * level stands at the best of what it has, never at its first iterate. */
+static int n_looks, late_from; /* 0: never */
+
+double __wrap_co_clock_seconds(void);
+double __real_co_clock_seconds(void);
+
+double __wrap_co_clock_seconds(void) {
+    n_looks++;
+    return __real_co_clock_seconds() + (late_from > 0 && n_looks >= late_from ? 1e3 : 0);
+}
+
+static int is_cut_off(int k) {
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    w.tolerance = 1e-6;
+    const co_level_prospect prospect = {0};
+    solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    reports r = {0};
+    co_outcome outcome;
+    curvopt_error error;
+    co_level *l = solve_level(s);
+    const double before = l->now.value;
+    co_cancel cancel = {.flag = l->objective.run->cancel};
+    l->error = &error;
+    l->report = raise_flag;
+    l->user = &r;
+    l->objective.assembly.cancel = &cancel;
+    n_looks = 0;
+    late_from = k;
+    const int32_t status = co_level_solve(l, &prospect, &outcome, &error);
+    const int was_cut = n_looks >= k;
+    CHECK_TRUE(status == CURVOPT_OK || (was_cut && status == CO_CANCELLED));
+    CHECK_INT(r.calls, 4);
+    late_from = 0;
+    l->objective.assembly.cancel = NULL;
+    CHECK_BETWEEN(co_level_objective_value(&l->objective, l->reached), 0, 0.9 * before);
+    co_level_destroy(l);
+    solve_setting_free(s);
+    return was_cut;
+}
+
+static void test_level_that_is_cut_off_keeps_what_stands(void **state) {
+    (void)state;
+    int k = 1;
+    while (is_cut_off(k))
+        k += 53;
+    CHECK_TRUE(k > 530); /* it was cut off often */
+}
+
 /* The limit of steps counts all stages together. */
 static void test_limit_of_steps(void **state) {
     (void)state;
@@ -351,6 +400,7 @@ int main(void) {
         cmocka_unit_test(test_level_forms_by_rough_rules),
         cmocka_unit_test(test_cancelled_level_keeps_the_last_iterate),
         cmocka_unit_test(test_flag_stops_a_level),
+        cmocka_unit_test(test_level_that_is_cut_off_keeps_what_stands),
         cmocka_unit_test(test_limit_of_steps),
         cmocka_unit_test(test_saddle_is_left),
         cmocka_unit_test(test_degenerate_cage_is_refused),

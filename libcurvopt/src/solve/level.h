@@ -4,20 +4,10 @@
 #define CO_SOLVE_LEVEL_H
 
 #include "energy/adaptive_quadrature.h"
+#include "optimize/step_control.h"
 #include "solve/level_hessian.h"
 #include "solve/level_objective.h"
-#include "solve/level_schedule.h"
 #include "solve/step_review.h"
-
-/* What is known of the shape before a level is solved. */
-typedef struct co_level_prospect {
-    int expects_plateau; /* as in co_level_facts */
-    int is_near;         /* as in co_level_facts; the first stage begins by the factor that the level has */
-    int stops_short;     /* as in co_level_facts */
-    int is_passing;      /* figures are wanted of nothing */
-    int closely;         /* as in co_level_facts */
-    double decrement;    /* as in co_level_facts */
-} co_level_prospect;
 
 struct co_level;
 
@@ -46,6 +36,23 @@ typedef struct co_level {
     void *user;
 } co_level;
 
+static inline size_t co_level_n(const co_level *level) { /* of variables */
+    return co_level_objective_n(&level->objective);
+}
+
+static inline int co_level_is_cancelled(const co_level *level) {
+    return co_run_context_is_cancelled(level->objective.run);
+}
+
+/* Whether callbacks have nothing more to do: the run is to end, or one of them has failed. */
+static inline int co_level_is_over(const co_level *level) {
+    return level->failed != CURVOPT_OK || co_level_is_cancelled(level);
+}
+
+static inline int co_level_is_rough(const co_level *level) {
+    return level->objective.assembly.coarsest == CO_ROUGH_RULE;
+}
+
 /* Borrows run, mesh and start [3 n_vertices, the user's units]; constraints are copied. As curvopt_minimize. */
 int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, const co_symmetry *symmetry,
                         const co_constraints *constraints, co_motion motion, const double *start, int32_t number,
@@ -68,10 +75,21 @@ int32_t co_level_begin_by_rules_of(co_level *level, const co_level *other, curvo
 int32_t co_level_first_gain(co_level *level, double *gain, curvopt_error *error);
 /* The longest displacement of a vertex since then, in mean edges. */
 double co_level_moved(co_level *level);
-/* The level's minimum. level->report is told of every step. As curvopt_minimize. */
-int32_t co_level_solve(co_level *level, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error);
 /* From a stationary point some way along the direction in which the Hessian is most negative; *left: whether there is
  * one that leads down. For levels that are not solved afterwards. ERROR_MEMORY. */
 int32_t co_level_leave_saddle(co_level *level, int *left, curvopt_error *error);
+
+/* What follows is for whoever solves a level. */
+
+/* The level as optimizers see it; borrows the level. Its report tells level->report. */
+co_objective co_level_function(co_level *level);
+/* Value and gradient, also when the run is to end. level: a co_level, for callbacks; the status is its `failed`. */
+void co_level_evaluate(void *level, co_iterate *at);
+/* As co_step_review_check. A level whose iterate does not stand is lost. */
+int32_t co_level_check(co_level *level, co_iterate *at, co_step_verdict *verdict, curvopt_error *error);
+/* Spacing, where it is wanted, by what it is worth here. */
+void co_level_weigh_spacing(co_level *level);
+/* Where numbers are held: to them, or as far as a step leads. As co_level_objective_aim. */
+int32_t co_level_aim(co_level *level, int *is_there, int *changed, curvopt_error *error);
 
 #endif

@@ -6,7 +6,7 @@
 #include "constraints/constraints.h"
 #include "constraints/sliding.h"
 #include "constraints/symmetry.h"
-#include "solve/level.h"
+#include "solve/level_solve.h"
 #include "solve/no_crossings.h"
 
 struct curvopt_result {
