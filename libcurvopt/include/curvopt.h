@@ -820,7 +820,8 @@ typedef struct curvopt_energies {
                                              boundaries and infinitely sharp creases; 0 for a resolved surface; NAN
                                              where faces are left out */
     double objective_error;               /* estimate of |objective - exact integral|: from finer rules, and from where
-                                             umbilics lie, at which integrands of MVS and MVS_CROSS jump */
+                                             umbilics lie, at which integrands of MVS and MVS_CROSS jump; of a run
+                                             that was cancelled the last estimate, some steps before its end */
     double area_error;                    /* the same of the area, in squared units of the cage */
     double term_error[CURVOPT_MAX_TERMS]; /* the same of each term, by curvopt_term */
     double min_jacobian;                  /* smallest |S_u x S_v| over its mean on the face; near 0 the surface folds */

@@ -37,6 +37,16 @@ test_json_of_minimize_has_its_keys() {
     json result.json 'j["levels"][1]["stop"] in ("limit", "converged", "stalled")'
 }
 
+test_what_no_rule_reaches_is_said() {
+    cube_obj >cage.obj
+    run minimize cage.obj -o result.obj --energy mvs --levels 1 --tolerance 1e-12
+    expect 0 ''
+    [[ $OUT == *"quadrature error "*" (more than the 1.1e-10 that was wanted"* ]] || fail "output: $OUT"
+    run minimize cage.obj -o result.obj --energy mvs --levels 1
+    expect 0 ''
+    [[ $OUT != *"quadrature error"* ]] || fail "output: $OUT"
+}
+
 test_dash_as_json_is_standard_output_alone() {
     cube_obj >cage.obj
     run evaluate cage.obj --json -
