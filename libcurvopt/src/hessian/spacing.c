@@ -7,7 +7,7 @@
 /* Of what an edge is worth in the middle. */
 static const double WALL = 0.1;
 /* Of what all edges are worth, in what is short at first: a cage may begin with edges that have no length. */
-static const double MOST = 10;
+static const double MOST = 100;
 
 /* What an edge costs because it is short, and the derivatives by its length's square. */
 typedef struct cost {

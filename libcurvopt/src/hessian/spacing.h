@@ -21,7 +21,7 @@ typedef struct co_spacing {
 } co_spacing;
 
 /* Weights by which the fourth powers of all edges of cage x [3 n_vertices] together are worth so much, an edge that is
- * too short a tenth of its share, and all that are so in x ten times as much at most. Sets all but edges. */
+ * too short a tenth of its share, and all that are so in x a hundred times as much at most. Sets all but edges. */
 void co_spacing_weigh(co_spacing *spacing, const double *x, double worth, double shortest);
 /* The value of cage x [3 n_vertices]; gradient [3 n_vertices] becomes that with respect to x, unless NULL. */
 double co_spacing_value(const co_spacing *spacing, const double *x, double *gradient);
