@@ -173,15 +173,14 @@ int co_level_objective_crosses(co_level_objective *o, const double *z) {
     return !isfinite(value);
 }
 
-/* Of a mean edge: of third order shorter ones are too short. */
-static const double SHORT = 0.5;
-
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
-    o->spaced_energy = co_level_objective_energy(o, now);
+    const co_spacing unit = {.edges = co_level_objective_edges(o), .weight = 1};
+    double energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
-    o->spacing.edges = co_level_objective_edges(o);
-    co_spacing_weigh(&o->spacing, co_level_objective_cage(o), worth,
-                     o->assembly.functional.has_third ? SHORT * o->edge : 0);
+    double sum = co_spacing_value(&unit, co_level_objective_cage(o), NULL);
+    o->spacing = unit;
+    o->spacing.weight = sum > 0 ? worth / sum : 0;
+    o->spaced_energy = energy;
     co_level_objective_evaluate(o, now);
 }
 
