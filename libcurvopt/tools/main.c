@@ -145,8 +145,8 @@ static void print_run(const json_report *r, const curvopt_options *options) {
         printf("%-22s %.5g  (what springs add to the objective; in no energy)\n", "springs", s->spring_energy);
     const double error = r->energies->objective_error;
     if (s->stop != CURVOPT_STOP_CANCELLED && error > options->tolerance * fabs(r->energies->objective))
-        printf("%-22s %.2g  (more than the %.2g that was wanted, and rules are as fine as they get)\n",
-               "quadrature error", error, options->tolerance * fabs(r->energies->objective));
+        printf("%-22s %.2g  (more than the %.2g that was wanted)\n", "quadrature error", error,
+               options->tolerance * fabs(r->energies->objective));
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);

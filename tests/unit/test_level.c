@@ -207,19 +207,26 @@ static int raise_flag(const co_level *l, const co_step_record *step, void *user)
     return 0;
 }
 
-static void test_flag_stops_a_level(void **state) {
-    (void)state;
+/* A level whose flag is raised at its third step. */
+static co_level *level_with_flag(solve_setting **s, reports *r, curvopt_error *error) {
     curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
     w.tolerance = 1e-6; /* what a level shows on its way is by coarser rules */
+    *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    co_level *l = solve_level(*s);
+    l->error = error;
+    l->report = raise_flag;
+    l->user = r;
+    return l;
+}
+
+static void test_flag_stops_a_level(void **state) {
+    (void)state;
     const co_level_prospect prospect = {0};
-    solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    solve_setting *s;
     reports r = {0};
     co_outcome outcome;
     curvopt_error error;
-    co_level *l = solve_level(s);
-    l->error = &error;
-    l->report = raise_flag;
-    l->user = &r;
+    co_level *l = level_with_flag(&s, &r, &error);
     CHECK_OK(co_level_solve(l, &prospect, &outcome, &error), &error);
     CHECK_INT(outcome.stop, CURVOPT_STOP_CANCELLED);
     CHECK_INT(r.calls, 4);
@@ -241,19 +248,14 @@ double __wrap_co_clock_seconds(void) {
 }
 
 static int is_cut_off(int k) {
-    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
-    w.tolerance = 1e-6;
     const co_level_prospect prospect = {0};
-    solve_setting *s = solve_setting_of(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), &w);
+    solve_setting *s;
     reports r = {0};
     co_outcome outcome;
     curvopt_error error;
-    co_level *l = solve_level(s);
+    co_level *l = level_with_flag(&s, &r, &error);
     const double before = l->now.value;
     co_cancel cancel = {.flag = l->objective.run->cancel};
-    l->error = &error;
-    l->report = raise_flag;
-    l->user = &r;
     l->objective.assembly.cancel = &cancel;
     n_looks = 0;
     late_from = k;

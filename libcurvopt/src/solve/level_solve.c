@@ -1,4 +1,4 @@
-/* What becomes of a level. SPDX-License-Identifier: GPL-3.0-or-later */
+/* Stages of a level, and its best iterate. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "solve/level_solve.h"
 
 #include "optimize/damped_newton.h"
