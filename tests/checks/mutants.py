@@ -52,7 +52,7 @@ THROUGH = {"live": "test_solver", "live_solve": "test_solver", "live_state": "te
            "run": "test_multilevel", "run_start": "test_multilevel", "verdict": "test_multilevel",
            "symmetry_reduction": "test_saddle_escape", "moving_level": "test_minimize", "marking": "test_adaptive_quadrature",
            "quadrature_error": "test_adaptive_quadrature", "spontaneous_curvature": "test_held_numbers",
-           "element_batches": "test_evaluate", "assembly": "test_evaluate"}  # fmt: skip
+           "element_batches": "test_evaluate", "assembly": "test_evaluate", "assembly_sums": "test_evaluate"}  # fmt: skip
 # Tests that no mutant concerns, and one that takes 20 s.
 SKIPPED = ("test_own_blas", "test_cpu_model", "test_tuning", "test_oom")
 # The flow of folders from the mutated ones on: a test that includes no header of a folder or a later one cannot call it.

@@ -7,7 +7,7 @@
  * much its faces' shares change from the last rule but one to the last, all added up. Tables, which take longest to
  * make, are shared by all cages; a problem of the API would have its own. SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/memory.h"
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 
 #include "constraints/dof_map.h"
 #include "constraints/given_constraints.h"
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 #include "linalg/vector.h"
 #include "mesh/similarity.h"
 

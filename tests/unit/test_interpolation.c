@@ -5,7 +5,7 @@
 
 #include "constraints/given_constraints.h"
 #include "constraints/interpolation.h"
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 #include "hessian/sparse_hessian.h"
 #include "mesh/crease.h"
 #include "mesh/subdivide.h"

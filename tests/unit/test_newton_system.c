@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include "constraints/given_constraints.h"
+#include "energy/assembly_sums.h"
 #include "hessian/newton_system.h"
 #include "mesh/similarity.h"
 

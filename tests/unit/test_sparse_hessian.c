@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
+#include "energy/assembly_sums.h"
 #include "hessian/sparse_hessian.h"
 #include "mesh/similarity.h"
 

@@ -12,7 +12,7 @@
 #ifndef CO_ENERGY_ADAPTIVE_QUADRATURE_H
 #define CO_ENERGY_ADAPTIVE_QUADRATURE_H
 
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 
 /* Which terms a call of co_adaptive_quadrature_resolve() is about. */
 typedef enum co_terms {

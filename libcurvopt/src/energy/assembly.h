@@ -1,12 +1,9 @@
-/* Sums over faces: a surface's energies and their gradients.
+/* A surface in patches: their quadrature rules, and the points that they are made of.
  *
  * Everything inside works on normalized positions (centroid 0, root mean square radius 1), so that no input is too
  * large or too small and the energies' invariance under translation and scaling is exact.
  *
  *     xyz [3 n_cage] --normalize--> points [0 .. n_cage) --derive--> points [n_cage .. n_points)
- *                                        |  element kernels, block by block
- *                                        v
- *     values, and gradients of points --add derived points' to the cage--> --undo the normalization--> gradient
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_ENERGY_ASSEMBLY_H
@@ -18,6 +15,7 @@
 #include "energy/element_batches.h"
 #include "energy/held_numbers.h"
 #include "energy/known_sums.h"
+#include "energy/normalization.h"
 #include "energy/quadrature_error.h"
 #include "energy/spontaneous_curvature.h"
 #include "surface/boundary_turning.h"
@@ -74,23 +72,6 @@ typedef struct co_assembly {
     co_work_sharing *sharing;          /* [n_threads] */
 } co_assembly;
 
-/* The request to co_assembly_evaluate(). */
-typedef struct co_request {
-    int is_normalized; /* positions have centroid 0 and radius 1, and are taken as they are; so is the gradient */
-    int all_terms;     /* third-order integrals are wanted even if the objective has none */
-    int volume;        /* the volume is wanted */
-    double *gradient;  /* [3 n_cage] out, or NULL */
-} co_request;
-
-typedef struct co_values {
-    double objective;
-    double reference;                /* objective + reference is never near 0 (spontaneous_curvature.h) */
-    double integral[CO_N_INTEGRALS]; /* integrals over the normalized surface */
-    double radius;                   /* root mean square radius of the positions; areas are in units of its square */
-    double min_jacobian;             /* least |S_u x S_v|, by the mean on the same face */
-    int32_t worst_face;              /* cage face that has it */
-} co_values;
-
 /* Needs options->surface other than AUTO. xyz: as co_patches_create.
  * substitution: what stands in the place of vertices in all positions from then on; NULL: the vertices. `tables`: a
  * cache of that surface, which several assemblies may share one after another, and which they must not outlive; NULL:
@@ -115,14 +96,6 @@ int32_t co_assembly_coarsest_of(const co_assembly *assembly, int32_t p);
  * ERROR_MEMORY. */
 int32_t co_assembly_copy_rules(co_assembly *assembly, const co_assembly *from, curvopt_error *error);
 
-/* Values at xyz [3 n_cage] by the present rules; the gradient is that of the normalized objective, so it has no
- * component along translations and, without spontaneous curvature, scaling. Never fails; a surface that degenerates
- * gives values that are not finite, and so does an evaluation that is cancelled.
- *
- * With face weights that leave faces out, positions of vertices that no patch is made of are not read, and their part
- * of a gradient is not written (`active`). */
-void co_assembly_evaluate(co_assembly *assembly, const double *xyz, const co_request *request, co_values *out);
-
 /* Sets points [3 n_points] from normalized positions x [3 n_cage], as assembly->points; whether any of the cage's
  * changes. What is derived is as it was if none does. */
 int co_assembly_place_normalized(const co_assembly *assembly, const double *x, double *points);
@@ -133,32 +106,13 @@ double co_assembly_place(co_assembly *assembly, const double *xyz, int is_normal
 /* Positions that are taken as they are belong to a cage of this root mean square radius; 1 until then. */
 void co_assembly_take_radius(co_assembly *assembly, double radius);
 
-/* Gradients [3 n_cage] of the parts of an objective, second + area * third. NULL: not wanted; `third` and `area` only
- * together. Where the objective has no such terms they are not written. */
-typedef struct co_pieces {
-    double *second, *third, *area;
-} co_pieces;
-
-/* Values at x [3 n_cage], normalized, and raw gradients: normalization is not differentiated. */
-void co_assembly_pieces(co_assembly *assembly, const double *x, int all_terms, const co_pieces *gradients,
-                        co_values *out);
-/* Area and volume alone, and with `mean` total mean curvature, at x [3 n_cage], normalized or not. */
-void co_assembly_numbers(co_assembly *assembly, const double *x, int mean, double integral[CO_N_INTEGRALS]);
-/* The gradient [3 n_cage] of one number (curvopt_scalar) at the positions that were evaluated last, as they are. */
-void co_assembly_number_gradient(co_assembly *assembly, int scalar, double *gradient);
-/* Total turning of boundaries and creases (boundary_turning.h) at the positions that were evaluated last. */
-double co_assembly_turning(const co_assembly *assembly);
-
-/* Distance of the total curvature from what Gauss and Bonnet say, at the positions that were evaluated last; 0 where
- * faces are left out. */
-double co_assembly_defect(const co_assembly *assembly, const co_values *values);
+/* What positions of this cage are normalized by. */
+co_normalization co_assembly_normalization(const co_assembly *assembly);
 
 /* Makes the batches of the present rules; they are empty on failure, and those of before if that is cancelled.
  * ERROR_MEMORY, CO_CANCELLED. */
 int32_t co_assembly_update_batches(co_assembly *assembly, curvopt_error *error);
-/* Values by other batches of the assembly's patches, at the positions that were evaluated last. ERROR_MEMORY,
- * CO_CANCELLED. */
-int32_t co_assembly_evaluate_batches(co_assembly *assembly, co_element_batches *batches, int third, co_values *out,
-                                     curvopt_error *error);
+/* Work space of all threads becomes enough for these batches, too. ERROR_MEMORY. */
+int32_t co_assembly_ensure_work(co_assembly *assembly, const co_element_batches *batches, curvopt_error *error);
 
 #endif

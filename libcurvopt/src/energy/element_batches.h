@@ -100,6 +100,11 @@ static inline double co_block_cost(const co_block *block) {
     return (double)block->table->n_samples * block->table->n_points;
 }
 
+/* Doubles that one thread's kernel needs for any of the blocks. */
+static inline size_t co_element_batches_kernel_work(const co_element_batches *l) {
+    return 9 * (size_t)l->max_points * (size_t)l->lanes;
+}
+
 /* A block's k-th patch. */
 static inline int32_t co_element_batches_patch(const co_element_batches *l, int32_t block, int32_t k) {
     return l->patch[block * CO_BLOCK_FACES + k];

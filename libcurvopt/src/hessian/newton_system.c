@@ -2,6 +2,7 @@
 #include "hessian/newton_system.h"
 
 #include "base/memory.h"
+#include "energy/assembly_sums.h"
 #include "linalg/small_dense.h"
 #include "linalg/vector.h"
 

@@ -2,6 +2,7 @@
 #include "hessian/sparse_hessian.h"
 
 #include "base/memory.h"
+#include "energy/assembly_sums.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>

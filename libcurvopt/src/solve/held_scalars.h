@@ -2,7 +2,7 @@
 #ifndef CO_SOLVE_HELD_SCALARS_H
 #define CO_SOLVE_HELD_SCALARS_H
 
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 #include "solve/run_context.h"
 
 /* The constraints and the size from the numbers of the input, whose values `start` are by its own radius; `is_framed`:

@@ -10,7 +10,7 @@
 #define CO_SOLVE_LEVEL_OBJECTIVE_H
 
 #include "constraints/interpolation.h"
-#include "energy/assembly.h"
+#include "energy/assembly_sums.h"
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
 #include "hessian/repulsion.h"
