@@ -14,6 +14,8 @@ vertex groups and the like belong to the old cage and are not carried over.
 
 from __future__ import annotations
 
+import re
+
 import bmesh
 import bpy
 import numpy as np
@@ -46,7 +48,7 @@ _MAX_CREASE_PARTS = 20_000  # each takes 13 kB of Blender's memory
 
 def add_result(context: bpy.types.Context, source: Source, request: Request, solution: Solution) -> bpy.types.Object:
     """Create the object, link it where the original is, place, select and activate it."""
-    name = f"{source.name} {request.label}"
+    name = _name_of(source.name, request.label)
     original = local_object(source.name)
     written = source.layout.written(solution.cage)
     loose = source.space.to_frame(source.mesh.positions[source.layout.loose])
@@ -66,6 +68,11 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     link_beside(context, original, result)
     select_alone(context, result)
     return result
+
+
+def _name_of(source_name: str, label: str) -> str:
+    """A result's, which Blender counts on where it is taken: a result that is minimized again is not called so twice."""
+    return source_name if re.fullmatch(rf".* {re.escape(label)}(\.\d+)?", source_name) else f"{source_name} {label}"
 
 
 def select_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -35,6 +35,11 @@ def test_result_is_a_new_object_and_the_original_is_kept(torus, contents):
     assert (result["curvopt_source"], result["curvopt_energy"]) == ("Torus", "willmore")
 
 
+def test_a_result_that_is_minimized_again_is_counted_on(torus):
+    names = [minimize(energy, levels=1).name for energy in ("WILLMORE", "WILLMORE", "WILLMORE", "MVS")]
+    assert names == ["Torus Willmore", "Torus Willmore.001", "Torus Willmore.002", "Torus Willmore.002 MVS"]
+
+
 def test_open_cage_keeps_its_boundary(add):
     points, faces = shapes.torus()
     add(points, faces[1:])
