@@ -10,6 +10,7 @@ from typing import NamedTuple
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "oracle")]
 
+from ccref import Mesh  # noqa: E402
 from nets import torus_cage, write_obj  # noqa: E402
 from tables import Runs, is_certified, is_done, shown, table, verdict  # noqa: E402
 
@@ -34,11 +35,18 @@ class Torus(NamedTuple):
         """The nets with one vertex more or less round the axis or the tube."""
         return [self._replace(along=self.along + i, across=self.across + j) for i, j in ((-1, 0), (1, 0), (0, -1), (0, 1))]
 
+    @property
+    def cage(self) -> Mesh:
+        """Its mesh."""
+        return torus_cage(self.along, self.across, self.ratio / 100)
+
+
+NETS = [Torus(n, m, round(100 * ratio)) for ratio in RATIOS for n in ALONG for m in ACROSS]
+
 
 def write_all(folder: Path) -> list[Path]:
     """The OBJ files of all nets."""
-    nets = [Torus(n, m, round(100 * ratio)) for ratio in RATIOS for n in ALONG for m in ACROSS]
-    return [write_obj(folder / f"{net.stem}.obj", torus_cage(net.along, net.across, net.ratio / 100)) for net in nets]
+    return [write_obj(folder / f"{net.stem}.obj", net.cage) for net in NETS]
 
 
 def high(runs: Runs) -> list[list[str]]:

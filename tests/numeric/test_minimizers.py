@@ -20,6 +20,7 @@ from nets import perturbed, read_obj, torus_cage
 sys.path.insert(0, str(lib.ROOT / "tests" / "corpus"))
 
 import cages  # noqa: E402
+import tori  # noqa: E402
 
 CAGES = lib.ROOT / "blend_files" / "obj"
 # int H^2: Clifford torus; Lawson surfaces and those of Karcher, Pinkall and Sterling, numerically by others to 12 digits.
@@ -200,20 +201,34 @@ def test_a_run_that_was_stopped_gives_up_nothing():
     assert result.summary.end.objective == pytest.approx(result.summary.start.objective, rel=1e-3)
 
 
+@pytest.mark.parametrize("energy", ["mvs", "mvs_cross"])
+def test_nets_of_tori_end_alike(energy):
+    """Nets of n x m on tori of four ratios, n 5 to 14, m 4 to 8: certified minima, none over three times a neighbour's. What
+    keeps cages even must not keep fourteen short edges from being round a hole (note 53)."""
+    runs = {}
+    for net in tori.NETS:
+        result = lib.minimize(net.cage, energy, levels=2, threads=1)
+        assert result.verdict == "minimum", net
+        runs[f"{net.stem}|{energy}|2"] = {"outcome": "done", "objective": result.summary.end.objective}
+    assert len(runs) == 200 and tori.high(runs) == []
+
+
 def test_cancelling_on_the_way_down_keeps_the_best():
-    """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's."""
+    """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's. (While a
+    shape forms the reported one is by rougher rules, note 25, which are off by up to 2 % here.)"""
     whole = [0]
+    kept = sum(level.iterations for level in solved("torus_030", "mvs", 3, symmetry=KEEP).levels)
     lib.minimize(cage("torus_030"), "mvs", levels=3, progress=lambda _: whole.__setitem__(0, whole[0] + 1))
-    assert whole[0] > sum(level.iterations for level in solved("torus_030", "mvs", 3, symmetry=KEEP).levels) + 20
-    for stop in (whole[0] // 2, whole[0] - 5):
+    assert whole[0] > kept + 20
+    for stop, bound in ((kept + whole[0]) // 2, 1.03), (whole[0] - 5, 1.001):
         seen = []
         result = lib.minimize(cage("torus_030"), "mvs", levels=3,
                               progress=lambda p: seen.append(p.energy) or len(seen) == stop)
         assert result.stop == "cancelled"
-        assert result.summary.end.objective <= 1.001 * min(seen)
+        assert result.summary.end.objective <= bound * min(seen)
 
 
-@pytest.mark.parametrize("name, energy, steps", [("lawson_g2", "willmore", 8), ("lawson_g2", "mvs", 8),
+@pytest.mark.parametrize("name, energy, steps", [("lawson_g2", "willmore", 8), ("lawson_g2", "mvs", 10),
                                                  ("torus_030", "mvs_cross", 5)])
 def test_both_newtons_agree(name, energy, steps):
     """A run stopped before it has converged: exact Hessian and finite differences say the same of what is left."""

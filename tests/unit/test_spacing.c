@@ -84,6 +84,105 @@ static void test_gradient_and_hessian_are_its_differences(void **state) {
     variables_setting_free(&s);
 }
 
+/* Edges that are too short: their costs, slopes and curvatures along themselves by differences in their lengths. */
+static double cost_of(double length, double shortest, double wall) {
+    const double t = pow(shortest / length, 2) - 1;
+    return t > 0 ? wall * t * t * t : 0;
+}
+
+static void check_short_edges(variables_setting *s) {
+    const int n = s->dofs.n_variables;
+    const double h = 1e-5;
+    co_spacing bare = {.edges = {.mesh = s->mesh, .dofs = &s->dofs}, .weight = WEIGHT}, walled = bare;
+    co_dof_map_expand(&s->dofs, s->z, s->x);
+    walled.shortest = 0.8 * co_mesh_mean_edge(s->mesh, NULL, s->x);
+    walled.wall = 2;
+    double *work = calloc(9 * (size_t)s->c.n_vertices + 4 * (size_t)n, sizeof *work), *moved = work,
+           *g0 = work + 3 * s->c.n_vertices, *g1 = g0 + 3 * s->c.n_vertices, *v = g1 + 3 * s->c.n_vertices,
+           *column = v + n, *slope = column + n;
+    CHECK_TRUE(work);
+    for (int i = 0; i < n; i++)
+        v[i] = sin(3 * i + 1);
+    co_sparse_hessian hessian[2] = {variables_hessian(s), variables_hessian(s)};
+    double value = co_spacing_value(&walled, s->x, g1) - co_spacing_value(&bare, s->x, g0), form = 0, work_done = 0;
+    CHECK_INT(co_spacing_add_hessian(&bare, s->x, &hessian[0], NULL), CURVOPT_OK);
+    CHECK_INT(co_spacing_add_hessian(&walled, s->x, &hessian[1], NULL), CURVOPT_OK);
+    for (size_t i = 0; i < 3 * (size_t)s->c.n_vertices; i++)
+        g1[i] -= g0[i];
+    co_dof_map_gradient(&s->dofs, g1, slope);
+    for (int j = 0; j < n; j++) {
+        work_done += slope[j] * v[j];
+        for (int k = 0; k < 2; k++) {
+            variables_hessian_column(&hessian[k], j, column);
+            for (int i = 0; i < n; i++)
+                form += (k ? 1 : -1) * v[i] * column[i] * v[j];
+        }
+        s->z[j] += v[j];
+    }
+    co_dof_map_expand(&s->dofs, s->z, moved);
+    int n_short = 0;
+    for (int32_t k = 0; k < s->mesh->info.n_edges; k++) {
+        const int32_t c = s->mesh->edge_corner[k], a = s->mesh->corner_vertex[c], b = co_mesh_destination(s->mesh, c);
+        if (s->dofs.node[a] < 0 && s->dofs.node[b] < 0)
+            continue;
+        double square = 0, change = 0;
+        for (int i = 0; i < 3; i++) {
+            const double d = s->x[3 * a + i] - s->x[3 * b + i];
+            square += d * d;
+            change += d * (moved[3 * a + i] - moved[3 * b + i] - d);
+        }
+        const double length = sqrt(square), at = cost_of(length, walled.shortest, 2),
+                     above = cost_of(length + h, walled.shortest, 2), below = cost_of(length - h, walled.shortest, 2);
+        n_short += at > 0;
+        value -= at;
+        work_done -= (above - below) / (2 * h) * change / length;
+        form -= (above + below - 2 * at) / (h * h) * pow(change / length, 2);
+    }
+    CHECK_TRUE(n_short > 3 && n_short < s->mesh->info.n_edges);
+    CHECK_BETWEEN(value, -1e-9, 1e-9);
+    CHECK_BETWEEN(work_done, -1e-4, 1e-4);
+    CHECK_BETWEEN(form, -1e-2, 1e-2);
+    co_sparse_hessian_free(&hessian[0]);
+    co_sparse_hessian_free(&hessian[1]);
+    free(work);
+}
+
+static void test_short_edges_cost_more(void **state) {
+    (void)state;
+    static const int32_t some[3] = {0, 9, 14}, freedom[3] = {0, 1, 2};
+    static const double direction[9] = {0, 0, 0, 1, 2, 3, 0, 1, -1};
+    const curvopt_constraints pins = {.vertices = some, .n = 3, .freedom = freedom, .directions = direction};
+    for (int k = 0; k < 3; k++) { /* plain; held; with nodes of several vertices */
+        variables_setting s =
+            variables_setting_of(k == 2 ? cage_torus(8, 4, 3, 1.2) : cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1),
+                                 k == 1 ? &pins : NULL, k == 2);
+        check_short_edges(&s);
+        variables_setting_free(&s);
+    }
+}
+
+/* Weights say what edges are worth; short ones that are there already do not drown the rest, nor do those of length 0.
+ */
+static void test_weights(void **state) {
+    (void)state;
+    variables_setting s = variables_setting_of(cage_shaken(cage_torus(8, 4, 3, 1.2), 0.1), NULL, 0);
+    co_spacing spacing = {.edges = {.mesh = s.mesh, .dofs = &s.dofs}};
+    const double mean = co_mesh_mean_edge(s.mesh, NULL, s.x), shortest[3] = {0, 0.8 * mean, 0.8 * mean};
+    for (int k = 0; k < 3; k++) {
+        if (k == 2) /* its first edge has no length */
+            for (int c = 0; c < 3; c++)
+                s.x[3 * s.c.vertices[1] + c] = s.x[3 * s.c.vertices[0] + c];
+        co_spacing_weigh(&spacing, s.x, 7, shortest[k]);
+        const double value = co_spacing_value(&spacing, s.x, NULL);
+        CHECK_BETWEEN(value, k == 1 ? 7.001 : 7 - 1e-12, k == 1 ? 707 : 7 + 1e-12);
+        if (k == 1)
+            CHECK_NEAR(spacing.wall, 0.7 / s.mesh->info.n_edges, 1e-15);
+    }
+    co_spacing_weigh(&spacing, s.x, 7, 0);
+    CHECK_NEAR(co_spacing_value(&spacing, s.x, NULL), 7, 1e-12);
+    variables_setting_free(&s);
+}
+
 /* Of s = sum w x over the vertices of a face, which hang together, H_ij = s_i . block s_j with s_i its change by
  * variable i. */
 static void check_sum(variables_setting *s) {
@@ -139,6 +238,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_value_is_the_sum_over_edges_that_move),
         cmocka_unit_test(test_gradient_and_hessian_are_its_differences),
+        cmocka_unit_test(test_short_edges_cost_more),
+        cmocka_unit_test(test_weights),
         cmocka_unit_test(test_sums_of_vertices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
