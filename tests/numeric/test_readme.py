@@ -17,7 +17,7 @@ import lib
 from nets import read_obj
 
 FILES = {
-    "torus 8×4, ρ = .15, .3, .5, .85": ("torus_030", "torus_085"), "torus 8×4, ρ = .1 to .9": ("torus_070", "torus_020"),
+    "torus 8×4, ρ = .15, .3, .5, .85": ("torus_030", "torus_085"), "torus 8×4, ρ = .1 to .9": ("torus_070", "torus_030"),
     "Lawson genus 2": ("lawson_g2",), "Lawson genus 3": ("lawson_g3",), "Lawson genus 5": ("lawson_g5",),
     "tetrahedral genus 3": ("tetrahedral_g3",), "cubical genus 5": ("cubical_g5",), "sphere as a cube": ("sphere_cube",),
 }  # fmt: skip

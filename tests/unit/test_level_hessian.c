@@ -71,7 +71,7 @@ static void check_solution_of_motion(cage c, curvopt_options options, co_motion 
     double *x = m.v, *out = m.v + m.n;
     int positive = 0;
     if (options.spacing == CURVOPT_SPACING_EVEN)
-        co_level_objective_weigh_spacing(&m.l->objective, 0.5 * m.l->now.value, 0, &m.l->now);
+        co_level_objective_weigh_spacing(&m.l->objective, 0.5 * m.l->now.value, &m.l->now);
     co_damping damping = {.shift = co_level_hessian_least_shift(m.h, m.l->now.value)};
     CHECK_OK(co_level_hessian_assemble(m.h, &m.l->now, NULL, 1, &error), &error);
     for (; !positive; damping.shift *= positive ? 1 : 2)

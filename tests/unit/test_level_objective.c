@@ -80,7 +80,7 @@ static void check_gradient(cage c, curvopt_options options) {
     function_of(c, &options, &f);
     if (options.spacing == CURVOPT_SPACING_EVEN) {
         co_iterate now = evaluated(&f, f.z, f.g);
-        co_level_objective_weigh_spacing(&f.o, 0.5 * now.value, 0, &now);
+        co_level_objective_weigh_spacing(&f.o, 0.5 * now.value, &now);
     }
     for (int point = 0; point < 3; point++) {
         evaluated(&f, f.z, f.g);

@@ -68,10 +68,6 @@ static double worth_of_spacing(const co_level *l, const co_iterate *at) {
     return worth * energy;
 }
 
-static void weigh_spacing(co_level *l, co_iterate *now) {
-    co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, now), l->has_walls && l->is_forming, now);
-}
-
 /* Where the energy has fallen to half of what spacing or springs were weighed by, that counts for too much. */
 static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict verdict) {
     co_level_objective *o = &l->objective;
@@ -86,7 +82,7 @@ static co_step_verdict weigh_anew(co_level *l, co_iterate *now, co_step_verdict 
         verdict = CO_STEP_CHANGED;
     if (o->spacing.weight == 0 || l->motion == CO_MOTION_SLIDE || energy > 0.5 * o->spaced_energy)
         return verdict;
-    weigh_spacing(l, now);
+    co_level_objective_weigh_spacing(o, worth_of_spacing(l, now), now);
     return CO_STEP_CHANGED;
 }
 
@@ -222,7 +218,7 @@ co_objective co_level_function(co_level *l) {
 void co_level_weigh_spacing(co_level *l) {
     int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
     if (wants_even || l->motion == CO_MOTION_SLIDE)
-        weigh_spacing(l, &l->now);
+        co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
 int32_t co_level_aim(co_level *l, int *is_there, int *changed, curvopt_error *error) {
@@ -288,9 +284,6 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
-    l->has_walls = motion == CO_MOTION_ALL && l->objective.assembly.functional.has_third;
-    if (status == CURVOPT_OK && l->has_walls)
-        status = co_level_objective_wall_corners(&l->objective, error);
     if (status == CURVOPT_OK && may_be_rough(l))
         status = co_assembly_set_coarsest(&l->objective.assembly, CO_ROUGH_RULE, error);
     if (status == CURVOPT_OK) {

@@ -18,7 +18,6 @@ typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
     co_motion motion;
     int is_final;   /* what is found here is the run's result: nothing follows that moves it */
-    int has_walls;  /* corners of faces have walls while the shape forms: of third order */
     int is_forming; /* the shape has not formed yet: the first stage */
     int is_lost;    /* the surface is folded where no review saw it in time, and the level has ended */
     co_iterate now; /* where the level stands */
