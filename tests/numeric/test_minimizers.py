@@ -214,21 +214,19 @@ def test_nets_of_tori_end_alike(energy):
 
 
 def test_cancelling_on_the_way_down_keeps_the_best():
-    """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's. (While a
-    shape forms the reported one is by rougher rules, note 25, which are off by up to 2 % here.)"""
+    """Wherever a run is cancelled: the energy is not above the last that was reported, nor the start's."""
     whole = [0]
-    kept = sum(level.iterations for level in solved("torus_030", "mvs", 3, symmetry=KEEP).levels)
     lib.minimize(cage("torus_030"), "mvs", levels=3, progress=lambda _: whole.__setitem__(0, whole[0] + 1))
-    assert whole[0] > kept + 20
-    for stop, bound in ((kept + whole[0]) // 2, 1.03), (whole[0] - 5, 1.001):
+    assert whole[0] > sum(level.iterations for level in solved("torus_030", "mvs", 3, symmetry=KEEP).levels) + 20
+    for stop in (whole[0] // 2, whole[0] - 5):
         seen = []
         result = lib.minimize(cage("torus_030"), "mvs", levels=3,
                               progress=lambda p: seen.append(p.energy) or len(seen) == stop)
         assert result.stop == "cancelled"
-        assert result.summary.end.objective <= bound * min(seen)
+        assert result.summary.end.objective <= 1.001 * min(seen)
 
 
-@pytest.mark.parametrize("name, energy, steps", [("lawson_g2", "willmore", 8), ("lawson_g2", "mvs", 10),
+@pytest.mark.parametrize("name, energy, steps", [("lawson_g2", "willmore", 8), ("lawson_g2", "mvs", 8),
                                                  ("torus_030", "mvs_cross", 5)])
 def test_both_newtons_agree(name, energy, steps):
     """A run stopped before it has converged: exact Hessian and finite differences say the same of what is left."""
