@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "energy/admissibility.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -13,7 +13,6 @@
 #include "base/tuning.h"
 #include "base/work_sharing.h"
 #include "energy/element_batches.h"
-#include "energy/held_numbers.h"
 #include "energy/known_sums.h"
 #include "energy/normalization.h"
 #include "energy/quadrature_error.h"

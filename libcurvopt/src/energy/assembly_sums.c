@@ -2,6 +2,7 @@
 #include "energy/assembly_sums.h"
 
 #include "base/ordered_sum.h"
+#include "energy/held_numbers.h"
 
 #include <math.h>
 #include <string.h>
