@@ -14,6 +14,24 @@ static const double LARGEST_SHIFT = 1e3; /* on a regular grid all of which is he
  * of a long chain would be as long as the chain. */
 static const double NEGLIGIBLE = 1e-17;
 
+/* A row that is being made: its entries follow each other from `first` on. */
+typedef struct row_end {
+    co_sparse_rows *rows;
+    size_t first, end;
+} row_end;
+
+static void add_entry(int32_t vertex, double weight, void *context) {
+    row_end *row = context;
+    size_t at = row->first;
+    while (at < row->end && row->rows->column[at] != vertex)
+        at++;
+    if (at == row->end) {
+        row->rows->column[row->end++] = vertex;
+        row->rows->value[at] = 0;
+    }
+    row->rows->value[at] += weight;
+}
+
 /* of [n_vertices]: the value whose pivot each vertex is; -1: none. */
 static int32_t *values_by_pivot(const curvopt_mesh *m, const co_surface_values *fs) {
     int32_t *of = CO_NEW(int32_t, m->info.n_vertices);
@@ -36,14 +54,14 @@ static int32_t make_limit(const curvopt_mesh *m, int32_t n, const co_constraints
     for (int32_t i = 0; i < n; i++)
         most += of[in->vertex[i]] < 0 ? co_vertex_mask_most(m, in->vertex[i]) : 0;
     int32_t status = co_sparse_rows_allocate(&in->limit, n, m->info.n_vertices, most, error);
-    co_sparse_row_end row = {.rows = &in->limit};
+    row_end row = {.rows = &in->limit};
     for (int32_t i = 0; status == CURVOPT_OK && i < n; i++) {
         const int32_t k = of[in->vertex[i]];
         row.first = row.end;
         if (k < 0)
-            co_constraints_visit_own_point(m, constraints, in->vertex[i], co_sparse_row_add, &row);
+            co_constraints_visit_own_point(m, constraints, in->vertex[i], add_entry, &row);
         for (size_t e = k < 0 ? 0 : fs->rows.start[k]; k >= 0 && e < fs->rows.start[k + 1]; e++)
-            co_sparse_row_add(fs->rows.column[e], fs->rows.value[e], &row);
+            add_entry(fs->rows.column[e], fs->rows.value[e], &row);
         in->limit.start[i + 1] = row.end;
     }
     free(of);

@@ -18,18 +18,6 @@ int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_
     return co_status_no_memory(error);
 }
 
-void co_sparse_row_add(int32_t column, double value, void *context) {
-    co_sparse_row_end *row = context;
-    size_t at = row->first;
-    while (at < row->end && row->rows->column[at] != column)
-        at++;
-    if (at == row->end) {
-        row->rows->column[row->end++] = column;
-        row->rows->value[at] = 0;
-    }
-    row->rows->value[at] += value;
-}
-
 void co_sparse_rows_close_gaps(co_sparse_rows *rows, const size_t *end) {
     size_t write = 0;
     for (int32_t i = 0; i < rows->n_rows; i++) {

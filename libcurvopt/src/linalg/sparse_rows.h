@@ -19,14 +19,6 @@ typedef struct co_sparse_rows {
 /* Room for n_rows rows and n_entries entries, zeroed, to be filled by the caller. ERROR_MEMORY, and *rows is empty. */
 int32_t co_sparse_rows_allocate(co_sparse_rows *rows, int32_t n_rows, int32_t n_columns, size_t n_entries,
                                 curvopt_error *error);
-/* A row that is being made, of the entries first .. end - 1; those of the next one follow. */
-typedef struct co_sparse_row_end {
-    co_sparse_rows *rows;
-    size_t first, end;
-} co_sparse_row_end;
-
-/* Adds to the entry of a column in the row, which is a co_sparse_row_end; makes it if there is none yet. */
-void co_sparse_row_add(int32_t column, double value, void *row);
 /* Rows end at end [n_rows], before the next one begins: moves them together. */
 void co_sparse_rows_close_gaps(co_sparse_rows *rows, const size_t *end);
 void co_sparse_rows_free(co_sparse_rows *rows);

@@ -53,11 +53,6 @@ static double step_length(void *context, const double *d) {
     return co_level_objective_length(&l->objective, d);
 }
 
-/* Whether cages are to be even: where vertices may lie anywhere in the surface. */
-static int wants_even(const co_level *l) {
-    return l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
-}
-
 /* In units of the objective. Where vertices slide, the energy may be next to nothing, and is blind to most of that
  * motion: then a sphere's stiffness counts for it. */
 static double worth_of_spacing(const co_level *l, const co_iterate *at) {
@@ -221,7 +216,8 @@ co_objective co_level_function(co_level *l) {
 /* ---------------------------------------------------------------------- what is weighed and aimed at anew -- */
 
 void co_level_weigh_spacing(co_level *l) {
-    if (wants_even(l) || l->motion == CO_MOTION_SLIDE)
+    int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
+    if (wants_even || l->motion == CO_MOTION_SLIDE)
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
@@ -288,8 +284,6 @@ int32_t co_level_create(const co_run_context *run, const curvopt_mesh *mesh, con
     if (status == CURVOPT_OK)
         status =
             co_level_objective_create(run, mesh, symmetry, constraints, motion, start, &l->objective, l->now.x, error);
-    if (status == CURVOPT_OK && wants_even(l) && l->objective.assembly.functional.has_third)
-        status = co_level_objective_wall_corners(&l->objective, error);
     if (status == CURVOPT_OK && may_be_rough(l))
         status = co_assembly_set_coarsest(&l->objective.assembly, CO_ROUGH_RULE, error);
     if (status == CURVOPT_OK) {
