@@ -72,8 +72,7 @@ typedef struct stage {
 typedef struct script {
     const stage *stage;
     int n, at;
-    char log[200]; /* a letter for every call: L, N run; E begun again; F refine; R review; D decrement */
-    int is_uneven; /* faces have folded while the shape formed */
+    char log[200]; /* a letter for every call: L, N run; F refine; R review; D decrement */
     int limit[20]; /* max_iterations of each run */
     int place;     /* the stage that the iterate is at */
 } script;
@@ -125,16 +124,6 @@ static double value(void *context) {
     return s->stage[s->place].value;
 }
 
-static int32_t begin_even(void *context, int *begun, curvopt_error *error) {
-    script *s = context;
-    (void)error;
-    *begun = s->is_uneven;
-    s->is_uneven = 0;
-    if (*begun)
-        note(s, 'E');
-    return CURVOPT_OK;
-}
-
 static co_outcome play(const co_level_facts *facts, script *s) {
     const co_level_schedule schedule = co_level_schedule_make(facts, &co_tuning_defaults);
     const co_scheduled on = {.context = s,
@@ -142,8 +131,7 @@ static co_outcome play(const co_level_facts *facts, script *s) {
                              .refine = refine,
                              .review_for_figures = review,
                              .decrement = decrement,
-                             .value = value,
-                             .begin_even = begin_even};
+                             .value = value};
     co_outcome outcome;
     curvopt_error error;
     CHECK_OK(co_level_schedule_run(&schedule, &on, &outcome, &error), &error);
@@ -183,20 +171,6 @@ static void test_last_level_settles(void **state) {
     assert_string_equal(s.log, "LFL");
     CHECK_INT(end.stop, CONVERGED);
     CHECK_INT(s.limit[1], 988);
-}
-
-/* Where faces have folded the shape forms once more, if the first stage ended well. */
-static void test_a_shape_that_folds_forms_again(void **state) {
-    (void)state;
-    co_level_facts f = usual;
-    f.is_last = 1;
-    for (int ends = 0; ends < 2; ends++) {
-        const stage stages[] = {
-            {ENDS(ends ? SETTLED : LIMIT, 12, 50)}, {ENDS(SETTLED, 9, 50)}, {ENDS(CONVERGED, 7, 49)}};
-        script s = {.stage = stages, .n = ends ? 3 : 1, .is_uneven = 1};
-        CHECK_INT(play(&f, &s).stop, ends ? CONVERGED : LIMIT);
-        assert_string_equal(s.log, ends ? "LELFL" : "L");
-    }
 }
 
 static void test_a_first_stage_that_fails_is_the_last(void **state) {
@@ -272,7 +246,6 @@ int main(void) {
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
         cmocka_unit_test(test_last_level_settles),
-        cmocka_unit_test(test_a_shape_that_folds_forms_again),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),

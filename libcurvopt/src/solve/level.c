@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "linalg/vector.h"
-#include "mesh/jacobian.h"
 #include "solve/negative_curvature.h"
 #include "solve/newton_decrement.h"
 
@@ -52,11 +51,6 @@ static void evaluate(void *context, co_iterate *at) {
 static double step_length(void *context, const double *d) {
     const co_level *l = context;
     return co_level_objective_length(&l->objective, d);
-}
-
-/* Whether cages are to be even: where vertices may lie anywhere in the surface. */
-static int wants_even(const co_level *l) {
-    return l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
 }
 
 /* In units of the objective. Where vertices slide, the energy may be next to nothing, and is blind to most of that
@@ -221,41 +215,9 @@ co_objective co_level_function(co_level *l) {
 
 /* ---------------------------------------------------------------------- what is weighed and aimed at anew -- */
 
-int32_t co_level_wall_corners(co_level *l, curvopt_error *error) {
-    if (!wants_even(l) || l->has_walls)
-        return CURVOPT_OK;
-    l->has_walls = 1;
-    co_level_objective_place(&l->objective, l->now.x);
-    return co_level_objective_wall_corners(&l->objective, error);
-}
-
-static int32_t least_jacobian(co_level *l, const double *x, double *out, curvopt_error *error) {
-    co_level_objective_place(&l->objective, x);
-    return co_jacobian_least(l->objective.mesh, co_level_objective_cage(&l->objective), out, error);
-}
-
-/* A result keeps its Jacobian with so much of what it had, or with so much. */
-static const double KEPT_PART = 0.5, KEPT = 0.3;
-
-int32_t co_level_begin_even(co_level *l, int *begun, curvopt_error *error) {
-    double before, after;
-    *begun = 0;
-    if (!l->is_forming || !wants_even(l) || l->has_walls)
-        return CURVOPT_OK;
-    int32_t status = least_jacobian(l, l->review.first, &before, error);
-    if (status == CURVOPT_OK)
-        status = least_jacobian(l, l->now.x, &after, error);
-    if (status != CURVOPT_OK || after >= fmin(KEPT_PART * before, KEPT))
-        return status;
-    memcpy(l->now.x, l->review.first, co_level_n(l) * sizeof *l->now.x);
-    co_level_evaluate(l, &l->now);
-    co_step_review_begin(&l->review, l->now.x, l->now.found[CO_FOUND_DEFECT]);
-    *begun = 1;
-    return co_level_wall_corners(l, error);
-}
-
 void co_level_weigh_spacing(co_level *l) {
-    if (wants_even(l) || l->motion == CO_MOTION_SLIDE)
+    int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
+    if (wants_even || l->motion == CO_MOTION_SLIDE)
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 

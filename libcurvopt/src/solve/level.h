@@ -18,7 +18,6 @@ typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
     co_motion motion;
     int is_final;   /* what is found here is the run's result: nothing follows that moves it */
-    int has_walls;  /* corners of faces have walls (co_level_objective_wall_corners) */
     int is_forming; /* the shape has not formed yet: the first stage */
     int is_lost;    /* the surface is folded where no review saw it in time, and the level has ended */
     co_iterate now; /* where the level stands */
@@ -89,11 +88,6 @@ void co_level_evaluate(void *level, co_iterate *at);
 /* As co_step_review_check. A level whose iterate does not stand is lost. */
 int32_t co_level_check(co_level *level, co_iterate *at, co_step_verdict *verdict, curvopt_error *error);
 /* Spacing, where it is wanted, by what it is worth here. */
-/* Where faces have folded or pinched since the level began, and cages are to be even: corners get walls, and the
- * iterate becomes the first one; *begun. ERROR_SIZE, ERROR_MEMORY. */
-int32_t co_level_begin_even(co_level *level, int *begun, curvopt_error *error);
-/* Corners get walls where the level stands, which is at its start. ERROR_MEMORY. */
-int32_t co_level_wall_corners(co_level *level, curvopt_error *error);
 void co_level_weigh_spacing(co_level *level);
 /* Where numbers are held: to them, or as far as a step leads. As co_level_objective_aim. */
 int32_t co_level_aim(co_level *level, int *is_there, int *changed, curvopt_error *error);

@@ -67,11 +67,7 @@ static int32_t run_stage(runner *r, co_method method, const co_method_options *o
 }
 
 static int32_t form(runner *r) {
-    int begun = 0;
-    int32_t status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
-    if (status == CURVOPT_OK && ended_well(r))
-        status = r->on->begin_even(r->on->context, &begun, r->error);
-    return status == CURVOPT_OK && begun ? run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming) : status;
+    return run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
 }
 
 static int32_t settle(runner *r) {

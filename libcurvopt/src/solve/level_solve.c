@@ -101,10 +101,6 @@ static double value(void *context) {
     return l->now.value;
 }
 
-static int32_t begin_even(void *context, int *begun, curvopt_error *error) {
-    return co_level_begin_even(context, begun, error);
-}
-
 static co_level_schedule schedule_of(const co_level *l, const co_level_prospect *prospect) {
     const curvopt_options *o = l->objective.run->options;
     int is_last = l->motion != CO_MOTION_SLIDE && co_run_context_is_last(l->objective.run, l->number);
@@ -177,8 +173,7 @@ int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcom
                                     .refine = refine,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
-                                    .value = value,
-                                    .begin_even = begin_even};
+                                    .value = value};
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
     l->keeps_factor = prospect->is_near;
     l->is_forming = schedule.forms && !prospect->is_passing; /* a solver that stays has its cage to be near */

@@ -271,8 +271,7 @@ static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_er
         return status;
     (*level)->hessian.shift = r->forming_shift;
     co_run_watch(r, *level);
-    status = co_level_begin(*level, error);
-    return status == CURVOPT_OK && r->has_walls ? co_level_wall_corners(*level, error) : status;
+    return co_level_begin(*level, error);
 }
 
 /* Over everything, and at the end along normals. */
@@ -280,7 +279,6 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     double moved;
     const int is_last = co_run_context_is_last(&r->context, number);
     int32_t status = co_run_solve_level(r, *level, started, error);
-    r->has_walls = (*level)->has_walls;
     if (!is_last) /* then a shape forms, and nothing else is done by a matrix */
         r->forming_shift = (*level)->hessian.shift;
     if (status == CURVOPT_OK && (*level)->is_lost && is_last && r->at.report.stop == CURVOPT_STOP_SETTLED)
