@@ -204,7 +204,7 @@ def test_a_run_that_was_stopped_gives_up_nothing():
 @pytest.mark.parametrize("energy", ["mvs", "mvs_cross"])
 def test_nets_of_tori_end_alike(energy):
     """Nets of n x m on tori of four ratios, n 5 to 14, m 4 to 8: certified minima, none over three times a neighbour's. What
-    keeps cages even must not keep fourteen short edges from being round a hole (note 53)."""
+    keeps cages even must not keep fourteen short edges from being round a hole (note 116)."""
     runs = {}
     for net in tori.NETS:
         result = lib.minimize(net.cage, energy, levels=2, threads=1)
