@@ -785,7 +785,8 @@ typedef struct curvopt_progress {
     int32_t method;           /* curvopt_step: the method that made the step */
     int32_t rejected;         /* steps taken back within the level so far */
     int32_t reserved;         /* 0 */
-    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it */
+    const double *xyz;        /* [3 n_vertices] the current cage; cancelling now returns it, or what the level had
+                                 before it began once more, if that is better */
     const curvopt_mesh *mesh; /* its connectivity */
     double energy;            /* weighted sum of the terms now; what springs add is not in it */
     double start_energy;      /* the same of the input cage */

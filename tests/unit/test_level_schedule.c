@@ -72,7 +72,9 @@ typedef struct stage {
 typedef struct script {
     const stage *stage;
     int n, at;
-    char log[200]; /* a letter for every call: L, N run; F refine; R review; D decrement */
+    char log[200]; /* a letter for every call: L, N run; E begun again; C the better chosen; F refine; R review; D
+                      decrement */
+    int is_uneven; /* faces have folded while the shape formed */
     int limit[20]; /* max_iterations of each run */
     int place;     /* the stage that the iterate is at */
 } script;
@@ -124,6 +126,22 @@ static double value(void *context) {
     return s->stage[s->place].value;
 }
 
+static int32_t begin_even(void *context, int *begun, curvopt_error *error) {
+    script *s = context;
+    (void)error;
+    *begun = s->is_uneven;
+    s->is_uneven = 0;
+    if (*begun)
+        note(s, 'E');
+    return CURVOPT_OK;
+}
+
+static int32_t end_even(void *context, curvopt_error *error) {
+    (void)error;
+    note(context, 'C');
+    return CURVOPT_OK;
+}
+
 static co_outcome play(const co_level_facts *facts, script *s) {
     const co_level_schedule schedule = co_level_schedule_make(facts, &co_tuning_defaults);
     const co_scheduled on = {.context = s,
@@ -131,7 +149,9 @@ static co_outcome play(const co_level_facts *facts, script *s) {
                              .refine = refine,
                              .review_for_figures = review,
                              .decrement = decrement,
-                             .value = value};
+                             .value = value,
+                             .begin_even = begin_even,
+                             .end_even = end_even};
     co_outcome outcome;
     curvopt_error error;
     CHECK_OK(co_level_schedule_run(&schedule, &on, &outcome, &error), &error);
@@ -171,6 +191,23 @@ static void test_last_level_settles(void **state) {
     assert_string_equal(s.log, "LFL");
     CHECK_INT(end.stop, CONVERGED);
     CHECK_INT(s.limit[1], 988);
+}
+
+/* Where faces have folded the shape forms once more, if the first stage ended well; however the second one ends, the
+ * better shape is chosen. */
+static void test_a_shape_that_folds_forms_again(void **state) {
+    (void)state;
+    const stage ends_twice[] = {{ENDS(SETTLED, 12, 50)}, {ENDS(SETTLED, 9, 50)}, {ENDS(CONVERGED, 7, 49)}},
+                ends_once[] = {{ENDS(SETTLED, 12, 50)}, {ENDS(LIMIT, 9, 50)}}, never[] = {{ENDS(LIMIT, 12, 50)}};
+    script plays[] = {{.stage = ends_twice, .n = 3}, {.stage = ends_once, .n = 2}, {.stage = never, .n = 1}};
+    const char *logs[] = {"LELCFL", "LELC", "L"};
+    co_level_facts f = usual;
+    f.is_last = 1;
+    for (int k = 0; k < 3; k++) {
+        plays[k].is_uneven = 1;
+        CHECK_INT(play(&f, &plays[k]).stop, k == 0 ? CONVERGED : LIMIT);
+        assert_string_equal(plays[k].log, logs[k]);
+    }
 }
 
 static void test_a_first_stage_that_fails_is_the_last(void **state) {
@@ -246,6 +283,7 @@ int main(void) {
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_coarse_level_is_one_stage),
         cmocka_unit_test(test_last_level_settles),
+        cmocka_unit_test(test_a_shape_that_folds_forms_again),
         cmocka_unit_test(test_a_first_stage_that_fails_is_the_last),
         cmocka_unit_test(test_normals),
         cmocka_unit_test(test_newton_goes_on_while_not_stationary),

@@ -4,6 +4,7 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "base/vec3.h"
+#include "hessian/node_sum.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -209,70 +210,25 @@ double co_repulsion_value(co_repulsion *r, const double *x, double *gradient) {
 
 /* --------------------------------------------------------------------------------------------- hessian -- */
 
-/* A derivative by the variables of some nodes. */
-typedef struct derivative {
-    int32_t *slot;            /* [n_nodes] place of a node in `part`; -1: none */
-    co_node_derivative *part; /* [n_nodes] */
-    int32_t n;
-} derivative;
-
-static int32_t derivative_create(int32_t n_nodes, derivative *d) {
-    *d = (derivative){.slot = CO_NEW(int32_t, n_nodes), .part = CO_NEW(co_node_derivative, n_nodes)};
-    if (!d->slot || !d->part)
-        return CURVOPT_ERROR_MEMORY;
-    for (int32_t k = 0; k < n_nodes; k++)
-        d->slot[k] = -1;
-    return CURVOPT_OK;
-}
-
-static void derivative_free(derivative *d) {
-    free(d->slot);
-    free(d->part);
-}
-
-static void add_vertex(derivative *d, const co_dof_map *dofs, int32_t v, const double along[3], double factor) {
-    const int32_t node = dofs->node[v];
-    if (node < 0)
-        return;
-    if (d->slot[node] < 0) {
-        d->slot[node] = d->n;
-        d->part[d->n++] = (co_node_derivative){.node = node};
-    }
-    co_node_derivative *part = &d->part[d->slot[node]];
-    for (int j = 0; j < co_dof_map_dimension(dofs, node); j++)
-        for (int c = 0; c < 3; c++)
-            part->by[j] +=
-                factor * along[c] * (dofs->plain ? c == j : dofs->basis[9 * (size_t)v + (size_t)(3 * c + j)]);
-}
-
-static int by_node(const void *a, const void *b) {
-    const int32_t x = ((const co_node_derivative *)a)->node, y = ((const co_node_derivative *)b)->node;
-    return (x > y) - (x < y);
-}
-
 /* Of the distance of a pair, by nodes, which ascend. */
-static void differentiate(co_repulsion *r, const co_facing *f, const co_dof_map *dofs, derivative *d) {
+static void differentiate(co_repulsion *r, const co_facing *f, const co_dof_map *dofs, co_node_sum *d) {
     const co_patches *p = &r->pieces.patches;
-    for (int32_t k = 0; k < d->n; k++)
-        d->slot[d->part[k].node] = -1;
-    d->n = 0;
+    co_node_sum_clear(d);
     for (int side = 0; side < 2; side++) {
         const int32_t patch = r->pieces.patch[f->piece[side]];
         co_pieces_row(&r->pieces, f->piece[side], f->uv[side][0], f->uv[side][1], r->row);
         for (int32_t i = 0; i < co_patches_own_size(p->kind[patch]); i++) {
             const co_point_row row = co_patches_row(p, &p->points[p->start[patch] + (size_t)i]);
             for (size_t e = 0; e < row.n; e++)
-                add_vertex(d, dofs, row.vertex[e], f->along, (side ? -1 : 1) * r->row[i] * row.weight[e]);
+                co_node_sum_add(d, dofs, row.vertex[e], f->along, (side ? -1 : 1) * r->row[i] * row.weight[e]);
         }
     }
-    qsort(d->part, (size_t)d->n, sizeof *d->part, by_node);
-    for (int32_t k = 0; k < d->n; k++)
-        d->slot[d->part[k].node] = k;
+    co_node_sum_sort(d);
 }
 
 void co_repulsion_add_hessian(co_repulsion *r, co_sparse_hessian *h) {
-    derivative d;
-    int32_t status = derivative_create(h->dofs->n_nodes, &d);
+    co_node_sum d;
+    int32_t status = co_node_sum_create(h->dofs->n_nodes, &d, NULL);
     for (size_t k = 0; status == CURVOPT_OK && k < r->facings.n; k++) {
         const co_facing *f = &r->facings.pair[k];
         double b[3];
@@ -285,7 +241,7 @@ void co_repulsion_add_hessian(co_repulsion *r, co_sparse_hessian *h) {
     }
     if (status != CURVOPT_OK)
         r->exceptions->failed = status;
-    derivative_free(&d);
+    co_node_sum_free(&d);
 }
 
 /* Vertices of a patch, each perhaps several times, into `out`; NULL: they are only counted. Returns their number. */

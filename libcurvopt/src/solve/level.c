@@ -53,6 +53,10 @@ static double step_length(void *context, const double *d) {
     return co_level_objective_length(&l->objective, d);
 }
 
+int co_level_wants_even(const co_level *l) {
+    return l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
+}
+
 /* In units of the objective. Where vertices slide, the energy may be next to nothing, and is blind to most of that
  * motion: then a sphere's stiffness counts for it. */
 static double worth_of_spacing(const co_level *l, const co_iterate *at) {
@@ -197,6 +201,12 @@ static int report(void *context, const co_iterate *now, const co_step_record *re
     return l->failed != CURVOPT_OK || (l->report && l->report(l, &all, l->user));
 }
 
+int co_level_tell(co_level *l) {
+    const co_step_record none = {
+        .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
+    return report(l, &l->now, &none);
+}
+
 co_objective co_level_function(co_level *l) {
     int has = l->hessian.exists;
     return (co_objective){.context = l,
@@ -216,8 +226,7 @@ co_objective co_level_function(co_level *l) {
 /* ---------------------------------------------------------------------- what is weighed and aimed at anew -- */
 
 void co_level_weigh_spacing(co_level *l) {
-    int wants_even = l->motion == CO_MOTION_ALL && l->objective.run->options->spacing == CURVOPT_SPACING_EVEN;
-    if (wants_even || l->motion == CO_MOTION_SLIDE)
+    if (co_level_wants_even(l) || l->motion == CO_MOTION_SLIDE)
         co_level_objective_weigh_spacing(&l->objective, worth_of_spacing(l, &l->now), &l->now);
 }
 
@@ -307,6 +316,7 @@ void co_level_destroy(co_level *l) {
     co_level_objective_free(&l->objective);
     free(l->now.x);
     free(l->now.gradient);
+    free(l->formed.x);
     free(l);
 }
 

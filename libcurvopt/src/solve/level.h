@@ -14,6 +14,13 @@ struct co_level;
 /* Told of every step that stands; nonzero cancels. */
 typedef int (*co_level_report_fn)(const struct co_level *level, const co_step_record *record, void *user);
 
+/* A shape while it forms once more (level_even.h). */
+typedef struct co_formed {
+    double *x;       /* [n_variables] without walls; NULL: no shape forms once more */
+    double energy;   /* without spacing */
+    double jacobian; /* the least */
+} co_formed;
+
 typedef struct co_level {
     int32_t number; /* 1 .. options.levels */
     co_motion motion;
@@ -21,6 +28,7 @@ typedef struct co_level {
     int is_forming; /* the shape has not formed yet: the first stage */
     int is_lost;    /* the surface is folded where no review saw it in time, and the level has ended */
     co_iterate now; /* where the level stands */
+    co_formed formed;
     co_level_objective objective;
     co_level_hessian hessian;
     co_step_review review;
@@ -83,10 +91,14 @@ int32_t co_level_leave_saddle(co_level *level, int *left, curvopt_error *error);
 
 /* The level as optimizers see it; borrows the level. Its report tells level->report. */
 co_objective co_level_function(co_level *level);
+/* Tells level->report where the level stands, of no step. Nonzero: the level is over, or the caller wants no more. */
+int co_level_tell(co_level *level);
 /* Value and gradient, also when the run is to end. level: a co_level, for callbacks; the status is its `failed`. */
 void co_level_evaluate(void *level, co_iterate *at);
 /* As co_step_review_check. A level whose iterate does not stand is lost. */
 int32_t co_level_check(co_level *level, co_iterate *at, co_step_verdict *verdict, curvopt_error *error);
+/* Whether cages are to be even: where vertices may lie anywhere in the surface. */
+int co_level_wants_even(const co_level *level);
 /* Spacing, where it is wanted, by what it is worth here. */
 void co_level_weigh_spacing(co_level *level);
 /* Where numbers are held: to them, or as far as a step leads. As co_level_objective_aim. */

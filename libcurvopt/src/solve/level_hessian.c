@@ -74,9 +74,11 @@ static int32_t add_to_energy(co_level_hessian *h, const double *z, int exact, cu
     co_penalty_add_hessian(&o->penalty, z, exact, &h->system.hessian);
     if (o->repulsion.mesh)
         co_repulsion_add_hessian(&o->repulsion, &h->system.hessian);
-    if (o->spacing.weight > 0)
-        return co_spacing_add_hessian(&o->spacing, co_level_objective_cage(o), &h->system.hessian, error);
-    return CURVOPT_OK;
+    if (!(o->spacing.weight > 0))
+        return CURVOPT_OK;
+    const double *x = co_level_objective_cage(o);
+    const int32_t status = co_spacing_add_hessian(&o->spacing, x, &h->system.hessian, error);
+    return status == CURVOPT_OK ? co_corner_walls_add_hessian(&o->corners, x, &h->system.hessian, error) : status;
 }
 
 /* Steps have no part of the motions that the objective leaves out, which are those of where the level began: by a

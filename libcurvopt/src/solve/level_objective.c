@@ -34,12 +34,19 @@ const double *co_level_objective_cage(co_level_objective *o) {
     return o->cage;
 }
 
+/* Of the cage that was placed last, and the gradient [3 n_vertices] with respect to it, unless NULL. */
+static double worth_of_cage(co_level_objective *o, double *gradient) {
+    const double *x = co_level_objective_cage(o);
+    const double spacing = co_spacing_value(&o->spacing, x, gradient);
+    return spacing + co_corner_walls_value(&o->corners, x, gradient);
+}
+
 /* at->found and at->gradient, of normalized variables z. */
 static void add_spacing(co_level_objective *o, const double *z, co_iterate *at) {
     size_t n = co_level_objective_n(o);
     double *gradient = at->gradient ? o->spacing_gradient : NULL;
     co_dof_map_expand(&o->reduction, z, o->positions);
-    at->found[CO_FOUND_SPACING] = co_spacing_value(&o->spacing, co_level_objective_cage(o), gradient);
+    at->found[CO_FOUND_SPACING] = worth_of_cage(o, gradient);
     if (!gradient)
         return;
     if (map_to_cage(o))
@@ -175,13 +182,23 @@ int co_level_objective_crosses(co_level_objective *o, const double *z) {
 
 /* Of a mean edge: of third order shorter ones are too short. */
 static const double SHORT = 0.4;
+/* What a corner of half its least share costs, in parts of what the spacing is worth by the number of corners. */
+static const double CORNER = 0.3;
+
+int32_t co_level_objective_wall_corners(co_level_objective *o, curvopt_error *error) {
+    return co_corner_walls_create(o->mesh, o->held.left_out, co_level_objective_cage(o), &o->corners, error);
+}
 
 void co_level_objective_weigh_spacing(co_level_objective *o, double worth, co_iterate *now) {
     o->spaced_energy = co_level_objective_energy(o, now);
     co_level_objective_place(o, now->x);
     o->spacing.edges = co_level_objective_edges(o);
-    co_spacing_weigh(&o->spacing, co_level_objective_cage(o), worth,
-                     o->assembly.functional.has_third ? SHORT * o->edge : 0);
+    const double *x = co_level_objective_cage(o);
+    co_spacing_weigh(&o->spacing, x, worth, o->assembly.functional.has_third ? SHORT * o->edge : 0);
+    if (o->corners.least) {
+        o->corners.cage = o->spacing.edges;
+        co_corner_walls_weigh(&o->corners, x, CORNER * worth);
+    }
     co_level_objective_evaluate(o, now);
 }
 
@@ -257,7 +274,7 @@ double co_level_objective_value_of(co_level_objective *o, const double *xyz) {
     co_assembly_evaluate(&o->assembly, o->positions, &request, &values);
     co_dof_map_variables(&o->reduction, o->positions, o->step);
     const double spacing = /* which has no weight before the level's first stage */
-        o->spacing.weight > 0 ? co_spacing_value(&o->spacing, co_level_objective_cage(o), NULL) : 0;
+        o->spacing.weight > 0 ? worth_of_cage(o, NULL) : 0;
     return values.objective + values.reference + run->least + spacing + co_penalty_value(&o->penalty, o->step, NULL);
 }
 
@@ -487,6 +504,7 @@ void co_level_objective_free(co_level_objective *o) {
     co_held_level_free(&o->numbers);
     co_assembly_free(&o->assembly);
     co_repulsion_free(&o->repulsion);
+    co_corner_walls_free(&o->corners);
     co_dof_map_free(&o->reduction);
     co_penalty_free(&o->penalty);
     co_constraints_free(&o->held);

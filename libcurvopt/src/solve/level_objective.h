@@ -11,6 +11,7 @@
 
 #include "constraints/interpolation.h"
 #include "energy/assembly_sums.h"
+#include "hessian/corner_walls.h"
 #include "hessian/newton_system.h"
 #include "hessian/penalty.h"
 #include "hessian/repulsion.h"
@@ -42,7 +43,8 @@ typedef struct co_level_objective {
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
-    double spaced_energy;           /* by which that was weighed */
+    co_corner_walls corners;        /* the same, of third order; nothing where that has no `least` */
+    double spaced_energy;           /* by which both were weighed */
     co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
     double *sliding;          /* [n_sliding][n_variables] on normals: orthonormal, what is left of similarities there */
@@ -91,6 +93,9 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* Where no crossings are wanted: whether z has one that a look on the way has missed. */
 int co_level_objective_crosses(co_level_objective *objective, const double *z);
+/* Corners of faces are to keep some of the share that they have where the level begins, from when the spacing is
+ * weighed next. ERROR_MEMORY. */
+int32_t co_level_objective_wall_corners(co_level_objective *objective, curvopt_error *error);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);
 /* Where numbers are held: `now` goes back to where they have their values, and is evaluated. The targets become what

@@ -67,7 +67,15 @@ static int32_t run_stage(runner *r, co_method method, const co_method_options *o
 }
 
 static int32_t form(runner *r) {
-    return run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
+    int begun = 0;
+    int32_t status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
+    if (status == CURVOPT_OK && ended_well(r))
+        status = r->on->begin_even(r->on->context, &begun, r->error);
+    if (status != CURVOPT_OK || !begun)
+        return status;
+    status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
+    const int32_t ended = r->on->end_even(r->on->context, r->error);
+    return status == CURVOPT_OK ? ended : status;
 }
 
 static int32_t settle(runner *r) {

@@ -63,6 +63,11 @@ typedef struct co_scheduled {
     /* Newton decrement at the iterate. */
     int32_t (*decrement)(void *context, double *left, curvopt_error *error);
     double (*value)(void *context);
+    /* Once a shape has formed: whether it is to form once more, because faces have folded or pinched on the way; the
+     * iterate is the first one again, and the function keeps faces from that. */
+    int32_t (*begin_even)(void *context, int *begun, curvopt_error *error);
+    /* Where it has: the function is what it was, and the iterate the better shape. */
+    int32_t (*end_even)(void *context, curvopt_error *error);
 } co_scheduled;
 
 /* Runs the schedule. The iterate ends where the result is. *outcome counts all stages. */

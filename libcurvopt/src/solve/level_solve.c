@@ -3,6 +3,7 @@
 
 #include "optimize/damped_newton.h"
 #include "optimize/lbfgs.h"
+#include "solve/level_even.h"
 #include "solve/newton_decrement.h"
 
 #include <math.h>
@@ -165,19 +166,19 @@ static int32_t keep_best(co_level *l, int *stop, curvopt_error *error) {
 }
 
 int32_t co_level_solve(co_level *l, const co_level_prospect *prospect, co_outcome *outcome, curvopt_error *error) {
-    const co_step_record none = {
-        .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
     const co_level_schedule schedule = schedule_of(l, prospect);
     const co_scheduled scheduled = {.context = l,
                                     .run = run_method,
                                     .refine = refine,
                                     .review_for_figures = review_for_figures,
                                     .decrement = decrement,
-                                    .value = value};
+                                    .value = value,
+                                    .begin_even = co_level_begin_even,
+                                    .end_even = co_level_end_even};
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
     l->keeps_factor = prospect->is_near;
     l->is_forming = schedule.forms && !prospect->is_passing; /* a solver that stays has its cage to be near */
-    if (!prospect->is_near && co_level_function(l).report(l, &l->now, &none))
+    if (!prospect->is_near && co_level_tell(l))
         return CURVOPT_OK;
     int32_t status = co_level_schedule_run(&schedule, &scheduled, outcome, error);
     if (co_level_is_cancelled(l))

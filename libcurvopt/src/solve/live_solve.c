@@ -80,14 +80,6 @@ static int32_t come_from_afar(curvopt_solver *s, co_outcome *outcome, curvopt_er
     return status;
 }
 
-/* Tells of where the level stands before its first step. Nonzero: the caller wants no more. */
-static int tell_start(const curvopt_solver *s) {
-    const co_step_record none = {
-        .length = (double)NAN, .predicted = (double)NAN, .gain_ratio = (double)NAN, .shift = (double)NAN};
-    const co_level *l = s->level;
-    return l->report && l->report(l, &none, l->user);
-}
-
 static double size_now(const co_level *l) {
     return l->now.found[CO_FOUND_SIZE];
 }
@@ -129,7 +121,7 @@ static int32_t run_stage(curvopt_solver *s, double decrement, co_outcome *outcom
 static int32_t come_near(curvopt_solver *s, co_outcome *outcome, curvopt_error *error) {
     *outcome = (co_outcome){.stop = CURVOPT_STOP_CANCELLED};
     int32_t status = come_to_targets(s, error);
-    if (status != CURVOPT_OK || tell_start(s))
+    if (status != CURVOPT_OK || co_level_tell(s->level))
         return status;
     status = co_level_begin(s->level, error);
     if (status == CURVOPT_OK && s->level->hessian.exists && !s->level->hessian.has_factor)
