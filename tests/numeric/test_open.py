@@ -507,11 +507,13 @@ def random_sheet(seed: int) -> tuple[Mesh, np.ndarray]:
 
 def test_what_a_level_has_lost_the_one_before_it_has():
     """A run that ends unresolved above its input, here by rules that are too coarse, has the last level that ended below it as
-    its result, by the last level's cage, whose vertices are held."""
-    cage, held = random_sheet(240)
+    its result, within its error, by the last level's cage, whose vertices are held."""
+    cage, held = random_sheet(194)
     result = lib.minimize(cage, boundary=FREE, levels=3, tolerance=0.02, constraints=lib.constraints(held))
-    end, start = result.summary.end.objective, result.summary.start.objective
+    end, start = result.summary.end, result.summary.start
     assert result.stop == "unresolved" and result.verdict == "unknown" and result.summary.n_levels < 3
-    assert end < 0.05 * start and end == pytest.approx(lib.evaluate(result.mesh).objective, rel=1e-3)
+    assert end.objective == result.levels[-1].energy < 0.1 * start.objective
+    assert abs(end.objective - lib.evaluate(result.mesh, tolerance=1e-7).objective) <= end.objective_error
+    assert end.objective_error <= 0.02 * end.objective
     assert result.mesh.n_vertices == lib.refine(lib.refine(cage)).n_vertices
     assert np.abs(result.mesh.xyz[held] - cage.xyz[held]).max() <= 1e-12

@@ -136,10 +136,8 @@ static int32_t begin_even(void *context, int *begun, curvopt_error *error) {
     return CURVOPT_OK;
 }
 
-static int32_t end_even(void *context, curvopt_error *error) {
-    (void)error;
+static void end_even(void *context) {
     note(context, 'C');
-    return CURVOPT_OK;
 }
 
 static co_outcome play(const co_level_facts *facts, script *s) {

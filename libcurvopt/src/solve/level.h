@@ -16,9 +16,8 @@ typedef int (*co_level_report_fn)(const struct co_level *level, const co_step_re
 
 /* A shape while it forms once more (level_even.h). */
 typedef struct co_formed {
-    double *x;       /* [n_variables] without walls; NULL: no shape forms once more */
-    double energy;   /* without spacing */
-    double jacobian; /* the least */
+    double *x;     /* [n_variables] without walls; NULL: no shape forms once more */
+    double energy; /* without spacing */
 } co_formed;
 
 typedef struct co_level {

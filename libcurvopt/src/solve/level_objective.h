@@ -24,7 +24,7 @@
 enum {
     CO_FOUND_SIZE,         /* of the normalized surface: co_run_size.measure */
     CO_FOUND_DEFECT,       /* Gauss-Bonnet's, in radians */
-    CO_FOUND_MIN_JACOBIAN, /* least |S_u x S_v| of all samples, normalized */
+    CO_FOUND_MIN_JACOBIAN, /* least |S_u x S_v| of all samples, over the mean on the same face */
     CO_FOUND_SPACING,      /* spacing's part of the value */
     CO_FOUND_REPULSION     /* repulsion's part of the value */
 };
@@ -43,7 +43,7 @@ typedef struct co_level_objective {
     co_assembly assembly;           /* the energy */
     co_penalty penalty;             /* what springs add */
     co_spacing spacing;             /* what an even cage is worth; nothing on normals */
-    co_corner_walls corners;        /* the same, of third order; nothing where that has no `least` */
+    co_corner_walls corners;        /* while a shape forms once more (level_even.h); `least` NULL: nothing */
     double spaced_energy;           /* by which both were weighed */
     co_repulsion repulsion;         /* where no crossings are wanted */
     co_gauge gauge;                 /* motions that the function does not see */
@@ -93,8 +93,8 @@ static inline size_t co_level_objective_n(const co_level_objective *o) {
 void co_level_objective_evaluate(co_level_objective *objective, co_iterate *at);
 /* Where no crossings are wanted: whether z has one that a look on the way has missed. */
 int co_level_objective_crosses(co_level_objective *objective, const double *z);
-/* Corners of faces are to keep some of the share that they have where the level begins, from when the spacing is
- * weighed next. ERROR_MEMORY. */
+/* Corners of faces are to keep some of the share that they have in the cage that was placed last, from when the spacing
+ * is weighed next until co_corner_walls_free. ERROR_MEMORY. */
 int32_t co_level_objective_wall_corners(co_level_objective *objective, curvopt_error *error);
 /* An even spacing is to be worth so much at `now`, in units of the objective; 0: nothing. `now` is evaluated again. */
 void co_level_objective_weigh_spacing(co_level_objective *objective, double worth, co_iterate *now);

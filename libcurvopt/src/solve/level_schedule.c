@@ -74,8 +74,8 @@ static int32_t form(runner *r) {
     if (status != CURVOPT_OK || !begun)
         return status;
     status = run_stage(r, CO_METHOD_LBFGS, &r->schedule->forming);
-    const int32_t ended = r->on->end_even(r->on->context, r->error);
-    return status == CURVOPT_OK ? ended : status;
+    r->on->end_even(r->on->context);
+    return status;
 }
 
 static int32_t settle(runner *r) {

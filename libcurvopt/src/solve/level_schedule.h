@@ -67,7 +67,7 @@ typedef struct co_scheduled {
      * iterate is the first one again, and the function keeps faces from that. */
     int32_t (*begin_even)(void *context, int *begun, curvopt_error *error);
     /* Where it has: the function is what it was, and the iterate the better shape. */
-    int32_t (*end_even)(void *context, curvopt_error *error);
+    void (*end_even)(void *context);
 } co_scheduled;
 
 /* Runs the schedule. The iterate ends where the result is. *outcome counts all stages. */
