@@ -103,9 +103,9 @@ static void check_setting(variables_setting *s, int most_thin, double below) {
     const int32_t n = n_corners_of(&s->c), nv = 3 * s->c.n_vertices, nz = s->dofs.n_variables;
     const double h = 1e-6;
     co_corner_walls walls = walls_of(s);
-    double *work = calloc((size_t)(3 * n + 3 * nv + 2 * nz), sizeof *work), *share = work, *above = share + n,
-           *under = above + n, *gradient = under + n, *up = gradient + nv, *down = up + nv, *v = down + nv,
-           *column = v + nz;
+    double *work = calloc(3 * (size_t)n + 3 * (size_t)nv + 2 * (size_t)nz, sizeof *work), *share = work,
+           *above = share + n, *under = above + n, *gradient = under + n, *up = gradient + nv, *down = up + nv,
+           *v = down + nv, *column = v + nz;
     CHECK_TRUE(work);
     int n_thin = 0, other;
     double sum = 0, least = 1;
