@@ -4,7 +4,7 @@
  * tests a toy.
  *
  *   forming     L-BFGS, preconditioned by the Gauss-Newton matrix and, at third order, by coarse rules, leads to the
- *               shape; not near a minimum, nor on normals alone
+ *               shape; not near a minimum, nor on normals alone. Once more from the start where faces have folded
  *   settling    on the last level, L-BFGS, preconditioned by the Hessian, and by finer rules; not on normals, where the
  *               shape nearly stands. Where the shape was not formed here, by the Gauss-Newton matrix
  *   end         where nothing follows the level: damped Newton, in rounds, until the decrement is met
