@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Of what a corner has at first it may lose what is above this part; one that has less than THIN has no wall. */
 static const double PART = 0.6, THIN = 0.05;
