@@ -80,16 +80,21 @@ typedef struct finished {
     watcher w;
 } finished;
 
+static void finish(finished *f, curvopt_progress_fn progress, void *user) {
+    solve_setting *s = f->s;
+    curvopt_error error;
+    CHECK_OK(co_multilevel_minimize(s->mesh, s->c.xyz, &s->options, &s->tuning, progress, user, &s->cancel, &f->result,
+                                    &error),
+             &error);
+    curvopt_result_get_summary(f->result, &f->summary, sizeof f->summary);
+    f->xyz = calloc(3 * (size_t)f->summary.n_vertices, sizeof *f->xyz);
+    CHECK_TRUE(f->xyz != NULL);
+    curvopt_result_get_positions(f->result, f->xyz);
+}
+
 static finished run_setting(solve_setting *s, int32_t cancel_at) {
     finished f = {.s = s, .w = {.cancel_at = cancel_at}};
-    curvopt_error error;
-    CHECK_OK(co_multilevel_minimize(f.s->mesh, f.s->c.xyz, &f.s->options, &f.s->tuning, watch, &f.w, &f.s->cancel,
-                                    &f.result, &error),
-             &error);
-    curvopt_result_get_summary(f.result, &f.summary, sizeof f.summary);
-    f.xyz = calloc(3 * (size_t)f.summary.n_vertices, sizeof *f.xyz);
-    CHECK_TRUE(f.xyz != NULL);
-    curvopt_result_get_positions(f.result, f.xyz);
+    finish(&f, watch, &f.w);
     return f;
 }
 
@@ -168,11 +173,13 @@ static finished run_easily_lost(cage c, int tries) {
 
 /* The energy of what was found by rules of 1e-5. */
 static double by_fine_rules(const finished *f) {
-    curvopt_options w = loosely();
+    curvopt_options w = f->s->options;
     curvopt_problem *problem;
     curvopt_energies fine;
     curvopt_error error;
     w.tolerance = 1e-5;
+    w.weights[CURVOPT_TERM_WILLMORE] = 1;
+    w.constraints = NULL;
     CHECK_OK(curvopt_problem_create(curvopt_result_mesh(f->result), f->xyz, &w, &problem, &error), &error);
     CHECK_OK(curvopt_problem_evaluate(problem, f->xyz, &fine, sizeof fine, NULL, &error), &error);
     curvopt_problem_destroy(problem);
@@ -195,6 +202,54 @@ static void test_a_level_that_is_lost_begins_again(void **state) {
         finished_free(&lost);
         finished_free(&found);
     }
+}
+
+/* From its second level on a run counts its energy a hundredfold, and takes every change of rules for a fold. */
+static int32_t spoil(const curvopt_progress *p, void *user) {
+    solve_setting *s = user;
+    s->options.weights[CURVOPT_TERM_WILLMORE] = 100;
+    if (p->level > 1)
+        s->tuning.review_fold = 0;
+    return 0;
+}
+
+/* A sheet, some of whose vertices are held. */
+static solve_setting *setting_to_spoil(void) {
+    static const int32_t held[] = {1, 4, 9, 12, 16};
+    static const curvopt_constraints pins = {.vertices = held, .n = sizeof held / sizeof *held};
+    curvopt_options w = solve_options(CURVOPT_SURFACE_LIMIT, CURVOPT_TERM_WILLMORE);
+    w.levels = 3;
+    w.tolerance = 1e-4;
+    w.boundary = CURVOPT_BOUNDARY_FREE;
+    w.spacing = CURVOPT_SPACING_EVEN;
+    w.constraints = &pins;
+    solve_setting *s = solve_setting_of(cage_shaken(cage_half_star(2, 3), 0.1), &w);
+    s->tuning.finer_tries = 0;
+    return s;
+}
+
+/* A run that ends unresolved above its input has the last level that ended below it as its result, by the last level's
+ * cage, whose vertices are held. */
+static void test_what_a_level_has_lost_the_one_before_it_has(void **state) {
+    (void)state;
+    solve_setting *s = setting_to_spoil();
+    finished f = {.s = s};
+    finish(&f, spoil, s);
+    const int term = CURVOPT_TERM_WILLMORE;
+    const double start = f.result->start.term[term], end = f.result->end.term[term];
+    const curvopt_constraints *pins = s->options.constraints;
+    CHECK_INT(f.summary.stop, CURVOPT_STOP_UNRESOLVED);
+    CHECK_INT(f.summary.verdict, CURVOPT_VERDICT_UNKNOWN);
+    CHECK_INT(f.summary.n_levels, 1);
+    CHECK_TRUE(f.result->level[1].energy > start);          /* it ran, and was no use */
+    CHECK_NEAR(end, f.result->level[0].energy, 0.02 * end); /* blends at corners are smaller */
+    CHECK_TRUE(end < 0.05 * start);
+    CHECK_NEAR(by_fine_rules(&f), end, 1e-4 * end);
+    CHECK_INT(f.summary.n_faces, 16 * s->mesh->info.n_faces);
+    for (int32_t k = 0; k < pins->n; k++)
+        for (int i = 0; i < 3; i++)
+            CHECK_NEAR(f.xyz[3 * pins->vertices[k] + i], s->c.xyz[3 * pins->vertices[k] + i], 1e-12);
+    finished_free(&f);
 }
 
 /* Flat but for folds between samples, by all rules, a torus would have no bending energy. */
@@ -384,6 +439,7 @@ int main(void) {
         cmocka_unit_test(test_callback_is_told_everything),
         cmocka_unit_test(test_the_shift_goes_over_to_the_next_level),
         cmocka_unit_test(test_a_level_that_is_lost_begins_again),
+        cmocka_unit_test(test_what_a_level_has_lost_the_one_before_it_has),
         cmocka_unit_test(test_no_torus_has_less_than_a_torus_has),
         cmocka_unit_test(test_cancelling_returns_what_was_reported_last),
         cmocka_unit_test(test_levels_add_up),

@@ -57,8 +57,8 @@ static void hold_vertex(co_constraints *constraints, int32_t v) {
     constraints->of_limit[v] = CO_OF_VERTEX;
 }
 
-static int32_t copy_left_out(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
-                             curvopt_error *error) {
+int32_t co_constraints_copy_left_out(const curvopt_mesh *m, const co_constraints *from, co_constraints *to,
+                                     curvopt_error *error) {
     if (!from->left_out)
         return CURVOPT_OK;
     to->left_out = CO_NEW(uint8_t, m->info.n_faces);
@@ -72,7 +72,7 @@ int32_t co_constraints_copy(const curvopt_mesh *m, const co_constraints *from, c
                             curvopt_error *error) {
     size_t n = (size_t)m->info.n_vertices;
     *to = (co_constraints){0};
-    int32_t status = copy_left_out(m, from, to, error);
+    int32_t status = co_constraints_copy_left_out(m, from, to, error);
     if (!from->freedom || status != CURVOPT_OK)
         return status;
     status = co_constraints_allocate(m->info.n_vertices, to, error);
@@ -190,7 +190,7 @@ int32_t co_constraints_hold_chains(const curvopt_mesh *m, co_constraints *constr
 }
 
 /* Child h of the finer cage comes from the face that corner h is in. */
-static int32_t subdivide_left_out(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
+int32_t co_constraints_subdivide_left_out(const curvopt_mesh *m, co_constraints *constraints, curvopt_error *error) {
     if (!constraints->left_out)
         return CURVOPT_OK;
     uint8_t *fine = CO_NEW(uint8_t, m->info.n_corners);
@@ -207,7 +207,7 @@ int32_t co_constraints_subdivide(const curvopt_mesh *m, const curvopt_mesh *fine
                                  double *xyz, co_constraints *constraints, curvopt_error *error) {
     co_constraints out = {0};
     int32_t n = m->info.n_vertices, n_edges = m->info.n_edges;
-    int32_t status = subdivide_left_out(m, constraints, error);
+    int32_t status = co_constraints_subdivide_left_out(m, constraints, error);
     if (!constraints->freedom || status != CURVOPT_OK)
         return status;
     status = co_chains_subdivide(m, &constraints->chains, error);
@@ -422,7 +422,7 @@ int32_t co_constraints_to_normals(const curvopt_mesh *m, const co_constraints *a
     *out = (co_constraints){0};
     int32_t status = frame ? co_constraints_allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = copy_left_out(m, all, out, error);
+        status = co_constraints_copy_left_out(m, all, out, error);
     if (status == CURVOPT_OK)
         status = co_soft_constraints_copy(m, &all->springs, &out->springs, error);
     for (int32_t h = 0; status == CURVOPT_OK && h < m->info.n_corners; h++)

@@ -50,6 +50,9 @@ int32_t co_constraints_leave_out(const curvopt_mesh *mesh, const int32_t *face, 
 /* Holds the limit points of the chains' vertices, and the middles of open ones' end edges; or draws them by springs.
  * ERROR_MEMORY. */
 int32_t co_constraints_hold_chains(const curvopt_mesh *mesh, co_constraints *constraints, curvopt_error *error);
+/* The faces alone that are left out. ERROR_MEMORY. */
+int32_t co_constraints_copy_left_out(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
+                                     curvopt_error *error);
 /* But for the chains: the copy is for the same level. ERROR_MEMORY. */
 int32_t co_constraints_copy(const curvopt_mesh *mesh, const co_constraints *from, co_constraints *to,
                             curvopt_error *error);
@@ -63,6 +66,8 @@ void co_constraints_visit_own_point(const curvopt_mesh *mesh, const co_constrain
 /* Moves x, where vertex v or its limit point is, to the closest point that the constraint there allows. */
 void co_constraints_put_back(const co_constraints *constraints, int32_t v, double x[3]);
 
+/* The faces alone that are left out: of `mesh` before, of the mesh that is once finer after. ERROR_MEMORY. */
+int32_t co_constraints_subdivide_left_out(const curvopt_mesh *mesh, co_constraints *constraints, curvopt_error *error);
 /* Takes constraints from a cage to its subdivision `fine` by `rows` (subdivide.h), at xyz [3 fine vertices].
  *
  * Where all vertices of a face have the same constraint, the face is constrained as a piece of surface: the vertices of

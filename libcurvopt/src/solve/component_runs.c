@@ -377,20 +377,6 @@ static int32_t subdivide_component(component *c, const curvopt_mesh *mesh, const
     return CURVOPT_OK;
 }
 
-/* Which faces are left out, of a mesh that has been subdivided: a child for each corner. */
-static int32_t subdivide_left_out(const curvopt_mesh *mesh, uint8_t **left_out, curvopt_error *error) {
-    if (!*left_out)
-        return CURVOPT_OK;
-    uint8_t *fine = CO_NEW(uint8_t, mesh->info.n_corners);
-    if (!fine)
-        return co_status_no_memory(error);
-    for (int32_t h = 0; h < mesh->info.n_corners; h++)
-        fine[h] = (*left_out)[mesh->corner_face[h]];
-    free(*left_out);
-    *left_out = fine;
-    return CURVOPT_OK;
-}
-
 /* The whole's cage, and what goes on, to the next level. */
 static int32_t subdivide(component_runs *all, curvopt_error *error) {
     co_run *whole = all->whole;
@@ -401,7 +387,7 @@ static int32_t subdivide(component_runs *all, curvopt_error *error) {
     if (status == CURVOPT_OK)
         status = co_symmetry_subdivide(&whole->at.symmetry, error);
     if (status == CURVOPT_OK)
-        status = subdivide_left_out(whole->result->mesh, &whole->constraints.left_out, error);
+        status = co_constraints_subdivide_left_out(whole->result->mesh, &whole->constraints, error);
     for (int32_t k = 0; status == CURVOPT_OK && k < all->parts.n; k++)
         if (all->item[k].is_going_on)
             status = subdivide_component(&all->item[k], whole->result->mesh, fine, error);

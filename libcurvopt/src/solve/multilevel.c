@@ -38,6 +38,7 @@ static void end_at_start(co_run *r) {
 typedef struct kept_level {
     curvopt_mesh *mesh; /* NULL: there is none */
     double *xyz;        /* [3 n_vertices] */
+    co_constraints out; /* faces that are left out, and nothing else */
     curvopt_energies energies;
     double springs, curve_deviation; /* as in the summary */
     int32_t number;
@@ -45,6 +46,7 @@ typedef struct kept_level {
 
 static void kept_level_free(kept_level *kept) {
     co_mesh_destroy(kept->mesh);
+    co_constraints_free(&kept->out);
     free(kept->xyz);
     *kept = (kept_level){0};
 }
@@ -56,6 +58,8 @@ static int32_t keep_level(const co_run *r, int32_t number, kept_level *kept, cur
         return CURVOPT_OK;
     kept_level_free(kept);
     int32_t status = co_submesh_copy(r->result->mesh, &kept->mesh, error);
+    if (status == CURVOPT_OK)
+        status = co_constraints_copy_left_out(r->result->mesh, &r->constraints, &kept->out, error);
     if (status == CURVOPT_OK && !(kept->xyz = CO_NEW(double, n)))
         status = co_status_no_memory(error);
     if (status != CURVOPT_OK)
@@ -106,7 +110,7 @@ static void forget_end(curvopt_summary *summary) {
     summary->n_touching = 0;
 }
 
-/* The result's mesh and cage become `times` finer. */
+/* The result's mesh and cage, and the faces that are left out, become `times` finer. */
 static int32_t subdivide(co_run *r, int32_t times, curvopt_error *error) {
     int32_t status = CURVOPT_OK;
     for (int32_t k = 0; status == CURVOPT_OK && k < times; k++) {
@@ -115,7 +119,12 @@ static int32_t subdivide(co_run *r, int32_t times, curvopt_error *error) {
         double *xyz = NULL;
         status = co_subdivide_cage(r->result->mesh, r->at.xyz, &fine, &rows, &xyz, error);
         co_sparse_rows_free(&rows);
-        if (status == CURVOPT_OK) {
+        if (status == CURVOPT_OK)
+            status = co_constraints_subdivide_left_out(r->result->mesh, &r->constraints, error);
+        if (status != CURVOPT_OK) {
+            co_mesh_destroy(fine);
+            free(xyz);
+        } else {
             co_mesh_destroy(r->result->mesh);
             free(r->at.xyz);
             r->result->mesh = fine;
@@ -138,6 +147,7 @@ static int32_t take_back(co_run *r, const curvopt_mesh *mesh, const double *xyz,
     }
     memcpy(at, xyz, 3 * sizeof *at * (size_t)mesh->info.n_vertices);
     co_mesh_destroy(result->mesh);
+    co_constraints_free(&r->constraints);
     free(r->at.xyz);
     result->mesh = first;
     r->at.xyz = at;
@@ -154,9 +164,11 @@ static void go_back(co_run *r, kept_level *kept) {
     curvopt_result *result = r->result;
     curvopt_summary *summary = &result->summary;
     co_mesh_destroy(result->mesh);
+    co_constraints_free(&r->constraints);
     free(r->at.xyz);
     result->mesh = kept->mesh;
     r->at.xyz = kept->xyz;
+    r->constraints = kept->out;
     result->end = kept->energies;
     summary->n_levels = kept->number;
     summary->n_vertices = kept->mesh->info.n_vertices;
@@ -168,13 +180,21 @@ static void go_back(co_run *r, kept_level *kept) {
 }
 
 /* A run that ends before its last level, where coarse cages hold vertices of the last one: the same surface by that
- * cage. */
+ * cage, but for blends at corners of boundaries, which become smaller. So it has figures of its own, unless it was
+ * cancelled. */
 static int32_t finish(co_run *r, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
-    const int32_t status = subdivide(r, r->context.options->levels - summary->n_levels, error);
+    const int32_t times = r->context.options->levels - summary->n_levels;
+    curvopt_energies found = {0};
+    int32_t status = subdivide(r, times, error);
     summary->n_vertices = r->result->mesh->info.n_vertices;
     summary->n_faces = r->result->mesh->info.n_faces;
-    return status;
+    if (status != CURVOPT_OK || times == 0 || summary->stop == CURVOPT_STOP_CANCELLED)
+        return status;
+    status = co_run_evaluate(r, &found, error);
+    if (status == CURVOPT_OK)
+        r->result->end = found;
+    return status == CO_CANCELLED ? CURVOPT_OK : status;
 }
 
 /* *lost: whether it has no result, for its first level was lost, and held vertices of the last level's cage. */
