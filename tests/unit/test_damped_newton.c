@@ -17,11 +17,12 @@ typedef struct problem {
     int mixed;      /* steps that were settled with some of G in the matrix, */
     int lengthened; /* and such that are longer than the first trial by their matrix that brought anything */
     int restless;   /* steps that were settled although another one that was evaluated was lower */
-    double best;    /* least value since the matrix was assembled, */
-    double at;      /* value where it was assembled */
-    double reach;   /* length of the first trial that brought anything; 0: none yet */
+    double best;    /* least value since the matrix was assembled, or the last step settled */
+    double at;      /* value there */
+    double reach;   /* length of the first trial since then that brought anything; 0: none yet */
     co_damping damping;
-    double start[2], last[2]; /* of the step that was settled last: where it began, where it led */
+    double start[2], last[2]; /* of the step that was settled last: where it began, where it led, */
+    double slope[2], began;   /* gradient and value where it began */
     double longest;           /* step that was evaluated */
     int wrong_before;         /* calls of assemble whose `before` is not what it must be */
     int rejected;             /* the last step was */
@@ -32,7 +33,6 @@ typedef struct problem {
     double H[3], G[3], M[3];  /* xx, xy, yy: the Hessian, the Gauss-Newton matrix, the damped one */
     double now[2];
     int evaluations, reports, never_positive;
-    double slope[2];         /* gradient where the matrix was assembled */
     co_damping best_damping; /* by which the least value since then was found */
     co_damping tried[64];    /* [n_tried] since then */
     int n_tried, repeated;   /* all that was tried a second time, of all matrices */
@@ -103,6 +103,10 @@ static co_step_verdict settle(void *context, const co_iterate *before, co_iterat
         now->value = before->value;
     }
     memcpy(p->start, before->x, sizeof p->start);
+    memcpy(p->slope, before->gradient, sizeof p->slope);
+    p->began = before->value;
+    p->best = p->at = now->value;
+    p->reach = 0;
     memcpy(p->last, now->x, sizeof p->last);
     memcpy(p->now, now->x, sizeof p->now);
     return says ? p->verdict : CO_STEP_KEEP;
@@ -144,7 +148,6 @@ static int assemble(void *context, const co_iterate *now, const double *before, 
         p->H[2] = p->G[2] = 2e6;
     }
     p->best = p->at = now->value;
-    memcpy(p->slope, now->gradient, sizeof p->slope);
     p->reach = 0;
     p->n_tried = 0;
     return ++p->assembled == p->fail_at;
@@ -186,7 +189,7 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
     return p->H[0] < 0;
 }
 
-/* The step that is told of is that from where the matrix was assembled to the least value; what it was predicted to
+/* The step that is told of is that from where it began to the least value; what it was predicted to
  * bring is what a quadratic function with the matrix, but for its shift, says. On the way from a saddle nothing is. */
 static int report(void *context, const co_iterate *now, const co_step_record *record) {
     problem *p = context;
@@ -201,9 +204,9 @@ static int report(void *context, const co_iterate *now, const co_step_record *re
     if (p->shape != SADDLE) {
         CHECK_NEAR(record->shift, p->best_damping.shift, 0);
         if (p->shape == ROUND && p->seen > 2) /* the parabola's, which is the function's own */
-            predicted = p->at - now->value;
+            predicted = p->began - now->value;
         CHECK_NEAR(record->predicted, predicted, 1e-9 * (1e-6 + predicted));
-        CHECK_NEAR(record->gain_ratio * record->predicted, p->at - now->value, 1e-12 * (1 + fabs(p->at)));
+        CHECK_NEAR(record->gain_ratio * record->predicted, p->began - now->value, 1e-12 * (1 + fabs(p->began)));
     }
     return record->iteration == p->cancel_at;
 }
@@ -213,7 +216,8 @@ static const co_method_options usual = {.tuning = &co_tuning_defaults,
                                         .decrement_tolerance = 1e-14,
                                         .settled_steps = 50,
                                         .settled_decrease = 1e-16,
-                                        .max_step = 10};
+                                        .max_step = 10,
+                                        .keeps_matrix = 1};
 
 static co_outcome run(problem *p, co_method_options o, double x, double y, double at[2], double *value) {
     co_objective f = {.context = p,
@@ -482,6 +486,37 @@ static void test_matrices_that_miss_curvature_are_looked_at_closely(void **state
     }
 }
 
+/* A step that came true leaves a factor that is good for the next gradient, too. One of .9 of the curvature does for
+ * all steps, of which each leaves a ninth, unless one is taken back. By one of .6 nothing comes true, and each step has
+ * its own; so where matrices are not kept. */
+static void test_steps_by_the_same_matrix(void **state) {
+    (void)state;
+    double x[2], value;
+    co_method_options o = usual;
+    o.decrement_tolerance = 1e-12;
+    problem near = {.shape = ROSENBROCK};
+    CHECK_INT(run(&near, o, 1.001, 1.0021, x, &value).stop, CURVOPT_STOP_CONVERGED);
+    CHECK_INT(near.assembled, 1);
+    CHECK_NEAR(value, 1, 1e-12);
+    static const co_step_verdict verdict[3] = {CO_STEP_KEEP, CO_STEP_CHANGED, CO_STEP_REJECT};
+    for (int k = 0; k < 3; k++) {
+        problem p = {.shape = ROUND, .seen = 0.9, .verdict = verdict[k], .verdict_at = 1};
+        const co_outcome end = run(&p, o, 1, 1, x, &value);
+        CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_BETWEEN(end.iterations, 6, 8);
+        CHECK_INT(p.assembled, verdict[k] == CO_STEP_REJECT ? 2 : 1);
+        CHECK_NEAR(value, 1, 1e-11);
+    }
+    for (int k = 0; k < 2; k++) { /* the second one is right, and not kept */
+        problem p = {.shape = k ? ROSENBROCK : ROUND, .seen = 0.6};
+        o.keeps_matrix = !k;
+        const co_outcome end = run(&p, o, 1.001, 1.0021, x, &value);
+        CHECK_INT(end.stop, CURVOPT_STOP_CONVERGED);
+        CHECK_TRUE(end.iterations > 1);
+        CHECK_TRUE(p.assembled >= end.iterations);
+    }
+}
+
 static void test_ends(void **state) {
     (void)state;
     double x[2], value;
@@ -495,7 +530,7 @@ static void test_ends(void **state) {
     CHECK_NEAR(x[0], cancelled.last[0], 0);
     problem failing = {.shape = ROSENBROCK, .fail_at = 2};
     CHECK_INT(run(&failing, usual, -1.2, 1, x, &value).stop, CURVOPT_STOP_STALLED);
-    CHECK_INT(failing.settles, 1);
+    CHECK_INT(failing.settles, 2); /* both by the first matrix */
     problem limited = {.shape = ROSENBROCK};
     co_method_options o = usual;
     o.max_iterations = 5;
@@ -539,6 +574,7 @@ int main(void) {
         cmocka_unit_test(test_steps_small_by_their_shift),
         cmocka_unit_test(test_negative_curvature_without_decrease),
         cmocka_unit_test(test_nothing_found),
+        cmocka_unit_test(test_steps_by_the_same_matrix),
         cmocka_unit_test(test_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -24,6 +24,7 @@ static void test_which_stages_there_are(void **state) {
         CHECK_INT(s.forms, !f.is_on_normals && !f.is_near);
         CHECK_INT(s.settles, f.is_near ? f.stops_short : (f.is_final || f.is_last) && !f.is_on_normals);
         CHECK_INT(s.ends, f.has_hessian && f.is_final && !f.stops_short);
+        CHECK_INT(s.options.keeps_matrix, f.is_last && f.is_on_normals);
     }
 }
 

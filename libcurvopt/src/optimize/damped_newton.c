@@ -3,10 +3,11 @@
  * A shift makes steps short (Levenberg 1944, Marquardt 1963; More, "The Levenberg-Marquardt algorithm: implementation
  * and theory", 1978, for what a step's success says of the next shift). Of a step that comes true longer ones by the
  * same matrix are tried, which costs little beside a new one (Dennis, Schnabel, "Numerical methods for unconstrained
- * optimization and nonlinear equations", 1983, section 6.4.3). Where the matrix is indefinite, what makes it so is not
- * the Gauss-Newton part: that is mixed in, before a shift would have to make everything stiff (Dennis, Gay, Welsch, "An
- * adaptive nonlinear least-squares algorithm", 1981, choose between the two). The matrix may be the lifted method's
- * (objective.h). libcurvopt/notes, 54 to 57, have what each of these brings.
+ * optimization and nonlinear equations", 1983, section 6.4.3). Near the end the matrix of a step that came true does
+ * for the next ones, too. Where the matrix is indefinite, what makes it so is not the Gauss-Newton part: that is mixed
+ * in, before a shift would have to make everything stiff (Dennis, Gay, Welsch, "An adaptive nonlinear least-squares
+ * algorithm", 1981, choose between the two). The matrix may be the lifted method's (objective.h). libcurvopt/notes, 54
+ * to 57, have what each of these brings.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "optimize/damped_newton.h"
@@ -33,6 +34,8 @@ typedef struct solver {
     int indefinite;          /* whether the matrix at hand is, with the least shift */
     int closely;             /* whether matrices are asked for closely from now on */
     double needed;           /* shift that the matrix at hand needs; -1 where that was not looked for */
+    double gain_ratio;       /* of the last step that was found, as far as it is by the matrix */
+    int is_exact;            /* whether it came true, and stands, and matrices are kept */
 } solver;
 
 typedef enum search { FOUND, FOUND_NOTHING, FOUND_FAILURE, FOUND_INDEFINITE } search;
@@ -222,12 +225,12 @@ static search find_step(solver *s, const co_iterate *now) {
             continue;
         }
         try_step(s, now, 1);
-        double gain_ratio = (now->value - s->trial.value) / s->control.predicted;
+        double gain_ratio = s->gain_ratio = (now->value - s->trial.value) / s->control.predicted;
         if (is_last(s, now) && gain_ratio < t->newton_good)
             gain_ratio = shorten(s, now, gain_ratio);
         if (gain_ratio > t->newton_accept) {
             if (!is_small(s, now)) {
-                gain_ratio = lengthen(s, now, gain_ratio, least);
+                gain_ratio = s->gain_ratio = lengthen(s, now, gain_ratio, least);
                 gain_ratio = extend(s, now, gain_ratio);
             }
             s->shift = s->used.shift * (gain_ratio > t->newton_exact  ? 1 / t->newton_fall
@@ -244,6 +247,23 @@ static search find_step(solver *s, const co_iterate *now) {
     if (s->options->closely)
         s->control.predicted = promised;
     return FOUND_NOTHING;
+}
+
+/* After a step that came true as the matrix said its factor is good for the gradient that it led to, too (the
+ * simplified Newton method: Deuflhard, "Newton methods for nonlinear problems", 2004, section 2.1). That step into
+ * s->trial; 0 where it is not worth doing without a matrix of its own. */
+static int find_step_by_same_matrix(solver *s, const co_iterate *now) {
+    const double promised = s->control.predicted;
+    if (!s->is_exact || !(find_direction(s, now) <= s->control.cap) ||
+        !(s->control.predicted > 0 && s->control.predicted < promised))
+        return 0;
+    exchange(&s->trial, &s->other); /* where the last step began stays known */
+    try_step(s, now, 1);
+    s->gain_ratio = (now->value - s->trial.value) / s->control.predicted;
+    if (s->gain_ratio > s->tuning->newton_good)
+        return 1;
+    exchange(&s->trial, &s->other);
+    return 0;
 }
 
 /* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
@@ -270,6 +290,8 @@ static int take_step(solver *s, co_iterate *now, const double **before) {
     s->control.shift = s->used.shift;
     int stop = co_step_control_take(&s->control, s->f, CO_METHOD_NEWTON, now, &s->trial, s->outcome, &verdict);
     *before = co_step_stands(verdict) ? s->trial.x : NULL;
+    s->is_exact = s->options->keeps_matrix && co_step_stands(verdict) && !s->indefinite && s->used.shift <= s->needed &&
+                  fabs(s->gain_ratio - 1) < 1 - s->tuning->newton_longer_from;
     return stop;
 }
 
@@ -311,7 +333,7 @@ static search find_some_step(solver *s, const co_iterate *now, const double *bef
 
 /* One step; a stop reason, or -1 to go on. */
 static int step(solver *s, co_iterate *now, const double **before) {
-    const search found = find_some_step(s, now, *before);
+    const search found = find_step_by_same_matrix(s, now) ? FOUND : find_some_step(s, now, *before);
     const int small = is_small(s, now), last = found == FOUND_NOTHING ? small : is_last(s, now);
     if (found == FOUND_FAILURE)
         return CURVOPT_STOP_STALLED;

@@ -20,6 +20,7 @@ typedef struct co_method_options {
     int by_hessian;   /* L-BFGS' preconditioner is the Hessian, not the Gauss-Newton matrix */
     int is_scaled;    /* that preconditioner is, where it is too soft */
     int update_every; /* steps between updates of L-BFGS' preconditioner */
+    int keeps_matrix; /* Newton's method goes on by a matrix whose last step came true */
     int closely; /* Newton's method asks for matrices closely from the first one on, and a step that is small by its
                     shift is not its end: for where the certificate was not met */
 } co_method_options;

@@ -26,6 +26,7 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
                     .settled_steps = t->slow_steps,
                     .max_step = f->max_step,
                     .closely = f->closely,
+                    .keeps_matrix = f->is_last && f->is_on_normals, /* what slides, gains by each matrix */
                     .memory = t->lbfgs_memory,
                     .by_hessian = !f->is_final && !f->is_near,
                     .update_every = f->is_final || f->has_repulsion ? t->lbfgs_update_often : t->lbfgs_update_every},
