@@ -384,10 +384,11 @@ enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
 /* Vertices that may not move freely; the arrays are the caller's. A subdivision moves vertices. What is held is the
  * vertex of the last level's cage: coarser levels hold where it will be after the subdivisions that follow, so that
  * each level goes on with the surface of the one before. A run that ends before its last level then returns the last
- * level's cage of the surface that it has. With any weight between 0 and 1, a strength below 1, a distance or no
- * crossings, where creases fade or end at a vertex, and where these points cannot be chosen freely, vertices go back to
- * their points, lines and planes after each subdivision. Where all vertices of a face have the same constraint, the
- * face is held as a piece of surface: its children inherit the constraint and stay where subdivision puts them.
+ * level's cage of the surface that it has and, unless it was cancelled, that cage's figures. With any weight between 0
+ * and 1, a strength below 1, a distance or no crossings, where creases fade or end at a vertex, and where these points
+ * cannot be chosen freely, vertices go back to their points, lines and planes after each subdivision. Where all
+ * vertices of a face have the same constraint, the face is held as a piece of surface: its children inherit the
+ * constraint and stay where subdivision puts them.
  *
  * A constrained limit point is a point of the surface: on every level the surface goes through it (held), or touches
  * its line or plane. The vertex then moves as that needs. Where a crease fades or ends at the vertex, where the vertex
