@@ -399,6 +399,12 @@ static int32_t measure_result(const arguments *a, const input *in, const curvopt
     return status;
 }
 
+/* Whether a run tells of its result: no file goes where it would. */
+static int tells(const arguments *a) {
+    return !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) && !is_standard_output(a->trace);
+}
+
+/* Writes and prints a result. What nobody reads is not measured: it may take as long as the run. */
 static int deliver(const watch *w, const input *in, const curvopt_result *result, const curvopt_cancel *cancel) {
     const arguments *a = w->args;
     obj_cage cage;
@@ -406,7 +412,7 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     curvopt_summary summary;
     curvopt_energies start, end;
     curvopt_error error;
-    measures measured;
+    measures measured = {.pairs = NULL};
     curvopt_level_report levels[CURVOPT_MAX_LEVELS];
     curvopt_mesh_get_info(curvopt_result_mesh(result), &info, sizeof info);
     curvopt_result_get_summary(result, &summary, sizeof summary);
@@ -425,14 +431,13 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
                           .method = curvopt_method_name(summary.method)};
     if (!take_result(result, &info, &in->cage, summary.n_levels - 1, &cage))
         return could_not(a->output, strerror(ENOMEM));
-    if (measure_result(a, in, result, cage.xyz, cancel, &measured, &error) != CURVOPT_OK) {
+    if ((tells(a) || a->json) && measure_result(a, in, result, cage.xyz, cancel, &measured, &error) != CURVOPT_OK) {
         free_result(&cage);
         return could_not(a->input, error.message);
     }
     int status = deliver_files(a, &cage, &report, &w->trace);
     free_result(&cage);
-    if (status == ARGUMENTS_DONE && !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) &&
-        !is_standard_output(a->trace)) {
+    if (status == ARGUMENTS_DONE && tells(a)) {
         print_run(&report, &a->options);
         measures_print(stdout, &measured, 0);
         held_print(stdout, &in->held);
