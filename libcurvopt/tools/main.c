@@ -240,6 +240,11 @@ static int measure(const arguments *a, const input *in, const curvopt_cancel *ca
     return result;
 }
 
+/* Whether the program tells of what it found: no file goes where it would. */
+static int tells(const arguments *a) {
+    return !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) && !is_standard_output(a->trace);
+}
+
 /* Writes and prints what is known of a cage. */
 static int report_cage(const arguments *a, const input *in, const curvopt_energies *energies,
                        const curvopt_cancel *cancel) {
@@ -250,7 +255,7 @@ static int report_cage(const arguments *a, const input *in, const curvopt_energi
     if (result != ARGUMENTS_DONE)
         return result;
     curvopt_mesh_get_info(in->mesh, &info, sizeof info);
-    if (!a->quiet && !is_standard_output(a->json)) {
+    if (tells(a)) {
         print_energies(&info, energies, a->options.spontaneous_curvature);
         measures_print(stdout, &measured, 1);
         held_print(stdout, &in->held);
@@ -397,11 +402,6 @@ static int32_t measure_result(const arguments *a, const input *in, const curvopt
     out->n_unfolded = summary.n_unfolded;
     out->has_folds = 1;
     return status;
-}
-
-/* Whether a run tells of its result: no file goes where it would. */
-static int tells(const arguments *a) {
-    return !a->quiet && !is_standard_output(a->json) && !is_standard_output(a->output) && !is_standard_output(a->trace);
 }
 
 /* Writes and prints a result. What nobody reads is not measured: it may take as long as the run. */

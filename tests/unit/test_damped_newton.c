@@ -189,8 +189,8 @@ static int negative_curvature(void *context, const co_iterate *now, double *d) {
     return p->H[0] < 0;
 }
 
-/* The step that is told of is that from where it began to the least value; what it was predicted to
- * bring is what a quadratic function with the matrix, but for its shift, says. On the way from a saddle nothing is. */
+/* The step that is told of is that from where it began to the least value; what it was predicted to bring is what a
+ * quadratic function with the matrix, but for its shift, says. On the way from a saddle nothing is. */
 static int report(void *context, const co_iterate *now, const co_step_record *record) {
     problem *p = context;
     const double d[2] = {now->x[0] - p->start[0], now->x[1] - p->start[1]}, mix = p->best_damping.mix;
