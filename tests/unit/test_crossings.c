@@ -94,6 +94,41 @@ static void make_sheet(double bend, double height, double shaken, double part, u
     }
 }
 
+/* Cones of several pieces hold the derivatives of each, and are as wide as the control nets ask for. */
+static void test_cones_of_several_pieces(void **state) {
+    enum { N = 3 };
+    double net[N * CO_BEZIER];
+    uint64_t seed = 11;
+    (void)state;
+    for (int n = 0; n < 50; n++) {
+        double least[2] = {1, 1}, least_of_net[2] = {1, 1};
+        co_cone cone[2];
+        for (int k = 0; k < N; k++)
+            make_sheet(0.1 * k, 0, 0.1, 1.0 / (1 + k), &seed, net + (size_t)k * CO_BEZIER);
+        co_bezier_cones(net, N, &cone[0], &cone[1]);
+        for (int k = 0; k < N; k++)
+            for (int i = 0; i < 49; i++) {
+                co_bezier_jet j;
+                co_bezier_at(net + (size_t)k * CO_BEZIER, i / 7 / 6.0, i % 7 / 6.0, &j);
+                least[0] = fmin(least[0], co_dot3(j.u, cone[0].axis) / co_length3(j.u));
+                least[1] = fmin(least[1], co_dot3(j.v, cone[1].axis) / co_length3(j.v));
+            }
+        for (int k = 0; k < 16 * N; k++) {
+            const double *p = net + 3 * (size_t)k;
+            for (int way = 0; way < 2; way++) {
+                if (way ? k % 16 >= 12 : k % 4 == 3)
+                    continue;
+                const double *q = p + (way ? 12 : 3), d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+                least_of_net[way] = fmin(least_of_net[way], co_dot3(d, cone[way].axis) / co_length3(d));
+            }
+        }
+        for (int way = 0; way < 2; way++) {
+            CHECK_BETWEEN(cos(cone[way].angle), -1, least[way] + 1e-12);
+            CHECK_NEAR(cos(cone[way].angle), least_of_net[way], 1e-12);
+        }
+    }
+}
+
 static double height_over(const co_quadric *q, const double at[3]) {
     const double d[3] = {at[0] - q->origin[0], at[1] - q->origin[1], at[2] - q->origin[2]};
     const double x = co_dot3(d, q->axis[0]), y = co_dot3(d, q->axis[1]);
@@ -187,6 +222,7 @@ int main(void) {
         cmocka_unit_test(test_surface_on_itself_is_contact),
         cmocka_unit_test(test_closed_surfaces_do_not_cross),
         cmocka_unit_test(test_contacts),
+        cmocka_unit_test(test_cones_of_several_pieces),
         cmocka_unit_test(test_heights_over_a_paraboloid),
         cmocka_unit_test(test_sheets_along_each_other_are_told_apart),
         cmocka_unit_test(test_refusals),

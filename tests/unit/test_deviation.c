@@ -158,6 +158,51 @@ static void test_translation_and_units(void **state) {
     cage_free(&b);
 }
 
+/* Of a cage with corners of three and four faces and triangles: what is found near a point is never farther than a
+ * dense sample of the surface, tips included. */
+static void test_nearest_is_the_least_of_all_patches(void **state) {
+    enum { SIDE = 12 };
+    cage c = cage_shaken(cage_both(cage_prism(5), cage_tetrahedron(), 1.5), 0.2);
+    curvopt_mesh *mesh = cage_mesh(&c);
+    co_surface_pieces pieces;
+    co_nearest nearest;
+    co_thread_pool *pool;
+    curvopt_error error;
+    double y[3];
+    uint64_t seed = 7;
+    (void)state;
+    CHECK_OK(co_thread_pool_create(1, &pool, &error), &error);
+    CHECK_OK(co_pieces_create(mesh, c.xyz, 1.0 / 16, pool, NULL, &pieces, &error), &error);
+    CHECK_OK(co_nearest_create(&pieces, NULL, &nearest, &error), &error);
+    CHECK_INT(nearest.first[pieces.patches.n_patches], nearest.n_parts);
+    for (int n = 0; n < 200; n++) {
+        const double x[3] = {3 * check_random(&seed) - 1, 3 * check_random(&seed) - 1.5, 3 * check_random(&seed) - 1.5};
+        double least = (double)INFINITY;
+        co_surface_point found[2];
+        for (int32_t k = 0; k < pieces.n_pieces; k++)
+            for (int i = 0; i < SIDE * SIDE; i++) {
+                co_bezier_point(co_pieces_bezier(&pieces, k), i / SIDE / (SIDE - 1.0), i % SIDE / (SIDE - 1.0), y);
+                least = fmin(least, sqrt(co_distance3_squared(x, y)));
+            }
+        for (int32_t t = 0; t < pieces.n_tips; t++)
+            least = fmin(least, sqrt(co_distance3_squared(x, pieces.tip[t].at)));
+        co_nearest_find(&nearest, x, -1, &found[0]);
+        co_nearest_find(&nearest, x, n % nearest.n_parts, &found[1]);
+        CHECK_BETWEEN(found[0].distance, least - 0.02, least + 1e-12);
+        CHECK_NEAR(found[1].distance, found[0].distance, 1e-12);
+    }
+    for (int32_t t = 0; t < pieces.n_tips; t++) { /* a patch's box holds its tip */
+        co_surface_point found;
+        co_nearest_find(&nearest, pieces.tip[t].at, -1, &found);
+        CHECK_NEAR(found.distance, 0, 1e-12);
+    }
+    co_nearest_free(&nearest);
+    co_pieces_free(&pieces);
+    co_thread_pool_destroy(pool);
+    curvopt_mesh_destroy(mesh);
+    cage_free(&c);
+}
+
 /* With few steps of Newton's method the bound is larger, and still one. */
 static void test_few_steps(void **state) {
     cage of[2] = {cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05), cage_torus(8, 6, 1, 0.4)};
@@ -296,6 +341,7 @@ int main(void) {
         cmocka_unit_test(test_nearest_on_piece_is_least_of_a_grid),
         cmocka_unit_test(test_oriented_boxes),
         cmocka_unit_test(test_oriented_boxes_of_lines),
+        cmocka_unit_test(test_nearest_is_the_least_of_all_patches),
         cmocka_unit_test(test_few_steps),
         cmocka_unit_test(test_bound_of_a_part),
         cmocka_unit_test(test_translation_and_units),

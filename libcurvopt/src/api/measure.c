@@ -17,11 +17,12 @@
 /* Steps of Newton's method that a measurement takes; .1 us each on one 2-GHz core
  * (notes/110-deviation-with-a-bound.md). */
 enum { MOST_STEPS = 20000000 };
-/* Of an extraordinary patch: how small the tip is at which its rings end. The coarse one is fine enough where tips are
- * TIP_PART of the largest distance, the other one for surfaces that are nearly the same. */
-#define TIP        2e-5
-#define TIP_COARSE (1.0 / 256)
-#define TIP_PART   0.05
+/* Of an extraordinary patch: how small the tip is at which its rings end. For deviation it is TIP_FIRST at first, which
+ * is fine enough where tips are TIP_PART of the largest distance; of surfaces that are nearly the same it is TIP. */
+#define TIP              2e-5
+#define TIP_FIRST        (1.0 / 16)
+#define TIP_OF_CROSSINGS (1.0 / 256)
+#define TIP_PART         0.05
 
 static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_error *error) {
     curvopt_options check;
@@ -138,18 +139,19 @@ static int32_t cut_with_tip(surfaces *s, double tip, co_thread_pool *pool, const
     return status;
 }
 
-/* Coarse tips if they do. */
+/* Tips as small as the distance asks for. */
 static int32_t cut_into_pieces(surfaces *s, co_thread_pool *pool, const curvopt_cancel *cancel, curvopt_error *error) {
     double radius = 0, distance;
-    int32_t status = cut_with_tip(s, TIP_COARSE, pool, cancel, error);
+    int32_t status = cut_with_tip(s, TIP_FIRST, pool, cancel, error);
     if (status != CURVOPT_OK)
         return status;
     for (int k = 0; k < 2; k++)
         for (int32_t t = 0; t < s->pieces[k].n_tips; t++)
             radius = fmax(radius, s->pieces[k].tip[t].radius);
     status = co_deviation_glimpse(s->nearest, pool, cancel, &distance, error);
-    if (status == CURVOPT_OK && radius > TIP_PART * distance)
-        status = cut_with_tip(s, TIP, pool, cancel, error);
+    const double part = TIP_PART * distance / radius;
+    if (status == CURVOPT_OK && part < 1)
+        status = cut_with_tip(s, fmax(TIP, TIP_FIRST * part), pool, cancel, error);
     return status;
 }
 
@@ -264,7 +266,7 @@ int32_t curvopt_find_crossings(const curvopt_mesh *mesh, const double *xyz, int3
     double *scaled = times_power(mesh, xyz, exponent_for(mesh, xyz));
     int32_t status = scaled ? start_threads(threads, &pool, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
-        status = co_pieces_create(mesh, scaled, TIP_COARSE, pool, cancel, &pieces, error);
+        status = co_pieces_create(mesh, scaled, TIP_OF_CROSSINGS, pool, cancel, &pieces, error);
     if (status == CURVOPT_OK)
         status = co_crossings_find(mesh, &pieces, pool, cancel, &found, error);
     if (status == CO_CANCELLED)

@@ -149,40 +149,42 @@ void co_bezier_second(const double piece[CO_BEZIER], double bound[3]) {
     bound[2] = 6 * sqrt(largest[2]);
 }
 
-/* The cone of n directions; those of length 0 count as any. */
-static co_cone cone_of(const double direction[][3], int n) {
+/* The difference i of 12 of a piece's neighbouring control points along u (step 3) or v (step 12). */
+static void difference(const double *piece, int step, int i, double out[3]) {
+    const double *p = piece + (step == 3 ? 12 * (i / 3) + 3 * (i % 3) : 3 * i);
+    for (int c = 0; c < 3; c++)
+        out[c] = p[step + c] - p[c];
+}
+
+/* The cone of n pieces' directions along u (step 3) or v (step 12); those of length 0 count as any. */
+static co_cone cone_of(const double *pieces, int n, int step) {
     co_cone cone = {.angle = CO_PI};
-    double unit[12][3], least = 1;
-    for (int k = 0; k < n; k++) {
-        const double length = co_length3(direction[k]);
+    double d[3], least = 1;
+    for (int k = 0; k < 12 * n; k++) {
+        difference(pieces + (size_t)CO_BEZIER * (size_t)(k / 12), step, k % 12, d);
+        const double length = co_length3(d);
         if (!(length > 0))
             return cone;
-        for (int c = 0; c < 3; c++) {
-            unit[k][c] = direction[k][c] / length;
-            cone.axis[c] += unit[k][c];
-        }
+        for (int c = 0; c < 3; c++)
+            cone.axis[c] += d[c] / length;
     }
     const double length = co_length3(cone.axis);
     if (!(length > 0))
         return cone;
     for (int c = 0; c < 3; c++)
         cone.axis[c] /= length;
-    for (int k = 0; k < n; k++)
-        least = fmin(least, co_dot3(unit[k], cone.axis));
+    for (int k = 0; k < 12 * n; k++) {
+        difference(pieces + (size_t)CO_BEZIER * (size_t)(k / 12), step, k % 12, d);
+        const double along = co_dot3(d, cone.axis) / co_length3(d);
+        least = along < least ? along : least;
+    }
     cone.angle = co_arc_cosine(fmax(-1, least));
     return cone;
 }
 
-void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v) {
-    double along_u[12][3], along_v[12][3];
-    for (int j = 0; j < 4; j++)
-        for (int i = 0; i < 3; i++)
-            for (int c = 0; c < 3; c++) {
-                along_u[3 * j + i][c] = piece[12 * j + 3 * i + 3 + c] - piece[12 * j + 3 * i + c];
-                along_v[3 * j + i][c] = piece[12 * i + 12 + 3 * j + c] - piece[12 * i + 3 * j + c];
-            }
-    *u = cone_of((const double(*)[3])along_u, 12);
-    *v = cone_of((const double(*)[3])along_v, 12);
+void co_bezier_cones(const double *pieces, int n, co_cone *u, co_cone *v) {
+    *u = cone_of(pieces, n, 3);
+    *v = cone_of(pieces, n, 12);
 }
 
 co_cone co_cone_product(const co_cone *u, const co_cone *v) {
@@ -204,9 +206,9 @@ co_cone co_cone_product(const co_cone *u, const co_cone *v) {
  * of a piece that is one line by any angle; a box along such axes does not hold the piece. */
 static const double LEAST_SINE = 1e-3;
 
-co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
+co_oriented_box co_oriented_box_round(const double *const corner[4], const double *points, int n) {
     co_oriented_box box = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const double *p = piece, *q = piece + 9, *r = piece + 36, *s = piece + 45; /* corners */
+    const double *p = corner[0], *q = corner[1], *r = corner[2], *s = corner[3];
     double u[3], v[3], normal[3];
     for (int c = 0; c < 3; c++) {
         u[c] = q[c] - p[c] + s[c] - r[c];
@@ -222,9 +224,9 @@ co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
         co_cross3(box.axis[2], box.axis[0], box.axis[1]);
     }
     for (int k = 0; k < 3; k++) {
-        double low = co_dot3(piece, box.axis[k]), high = low;
-        for (int i = 1; i < 16; i++) {
-            const double along = co_dot3(piece + 3 * (size_t)i, box.axis[k]);
+        double low = co_dot3(p, box.axis[k]), high = low;
+        for (int i = 0; i < n; i++) {
+            const double along = co_dot3(points + 3 * (size_t)i, box.axis[k]);
             low = along < low ? along : low;
             high = along > high ? along : high;
         }
@@ -233,6 +235,11 @@ co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
             box.centre[c] += (high + low) / 2 * box.axis[k][c];
     }
     return box;
+}
+
+co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]) {
+    const double *const corner[4] = {piece, piece + 9, piece + 36, piece + 45};
+    return co_oriented_box_round(corner, piece, 16);
 }
 
 co_box co_box_of(const double *points, int n) {

@@ -42,14 +42,16 @@ void co_bezier_point(const double piece[CO_BEZIER], double u, double v, double o
 void co_bezier_part(const double piece[CO_BEZIER], const double u[2], const double v[2], double out[CO_BEZIER]);
 /* Largest lengths of the second derivatives uu, uv, vv: not more than these bounds anywhere on the piece. */
 void co_bezier_second(const double piece[CO_BEZIER], double bound[3]);
-/* Cones of the derivatives by u and by v. */
-void co_bezier_cones(const double piece[CO_BEZIER], co_cone *u, co_cone *v);
+/* Cones of the derivatives by u and by v of n pieces [n][CO_BEZIER]. */
+void co_bezier_cones(const double *pieces, int n, co_cone *u, co_cone *v);
 /* A cone that holds the cross products of directions of two cones (Sederberg and Meyers, "Loop detection in surface
  * patch intersections", CAGD 5, 1988, section 4); angle pi where there is none. */
 co_cone co_cone_product(const co_cone *u, const co_cone *v);
 
-/* The box round a piece's control points along its mean direction by u and its normal; where these are 0, or the mean
- * directions by u and v nearly the same, along x, y and z. */
+/* The box round the first corner and n points, along the mean direction by u of the corners (0, 0), (1, 0), (0, 1) and
+ * (1, 1) and their normal; where these are 0, or the mean directions by u and v nearly the same, along x, y and z. */
+co_oriented_box co_oriented_box_round(const double *const corner[4], const double *points, int n);
+/* The box round a piece's control points. */
 co_oriented_box co_oriented_box_of(const double piece[CO_BEZIER]);
 static inline double co_oriented_box_distance_squared(const co_oriented_box *box, const double x[3]) {
     const double r[3] = {x[0] - box->centre[0], x[1] - box->centre[1], x[2] - box->centre[2]};

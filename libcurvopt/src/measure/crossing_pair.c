@@ -33,11 +33,15 @@ typedef struct task {
     int level;
 } task;
 
-co_directions co_directions_of(const double piece[CO_BEZIER]) {
+co_directions co_directions_of(const double *pieces, int n) {
     co_directions out;
-    co_bezier_cones(piece, &out.u, &out.v);
+    co_bezier_cones(pieces, n, &out.u, &out.v);
     out.normal = co_cone_product(&out.u, &out.v);
     return out;
+}
+
+int co_directions_are_clear(const co_directions *d) {
+    return d->normal.angle < CO_PI;
 }
 
 static void take_part(const co_crossing_search *s, int32_t piece, int32_t u, int32_t v, int level, part *out) {
@@ -58,29 +62,35 @@ static int are_apart_along(const double a[CO_BEZIER], const double b[CO_BEZIER],
         low[k] = high[k] = co_dot3(net, axis);
         for (int i = 1; i < 16; i++) {
             const double x = co_dot3(net + 3 * (size_t)i, axis);
-            low[k] = fmin(low[k], x);
-            high[k] = fmax(high[k], x);
+            low[k] = x < low[k] ? x : low[k]; /* fmin and fmax are calls */
+            high[k] = x > high[k] ? x : high[k];
         }
     }
     return low[0] > high[1] || low[1] > high[0];
 }
 
-/* Along the axes, or the line between the middles. */
+/* Along the line between the middles. */
 static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
     double between[3];
-    for (int c = 0; c < 3; c++) {
-        const double axis[3] = {c == 0, c == 1, c == 2};
-        if (are_apart_along(a, b, axis))
-            return 1;
+    for (int c = 0; c < 3; c++)
         between[c] = b[15 + c] + b[30 + c] - a[15 + c] - a[30 + c];
-    }
     return are_apart_along(a, b, between);
 }
 
-static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_BEZIER], const co_directions *of_a,
-                                   const co_directions *of_b) {
-    return (of_a->normal.angle < CO_PI && are_apart_along(a, b, of_a->normal.axis)) ||
-           (of_b->normal.angle < CO_PI && are_apart_along(a, b, of_b->normal.axis));
+/* Along a normal of either part, to the mean directions by u and v of its corners. */
+static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
+    for (int k = 0; k < 2; k++) {
+        const double *net = k ? b : a;
+        double u[3], v[3], normal[3];
+        for (int c = 0; c < 3; c++) {
+            u[c] = net[9 + c] - net[c] + net[45 + c] - net[36 + c];
+            v[c] = net[36 + c] - net[c] + net[45 + c] - net[9 + c];
+        }
+        co_cross3(u, v, normal);
+        if (are_apart_along(a, b, normal))
+            return 1;
+    }
+    return 0;
 }
 
 /* Whether heights over a paraboloid that osculates one of them are apart: sheets that lie along each other. */
@@ -120,7 +130,7 @@ static co_cone join(const co_cone *a, const co_cone *b, double sign) {
 }
 
 /* Parts with a common edge: the second one's parameters are turned to where they agree best with the first one's. */
-static int edge_is_clear(const co_directions *a, const co_directions *b) {
+int co_directions_edge_is_clear(const co_directions *a, const co_directions *b) {
     static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, 1, -1, -1}, sign_v[4] = {1, -1, -1, 1};
     double best = -3;
     int at = 0;
@@ -141,7 +151,7 @@ static int edge_is_clear(const co_directions *a, const co_directions *b) {
 }
 
 static int neighbours_are_clear(co_contact contact, const co_directions *a, const co_directions *b) {
-    if (contact == CO_CONTACT_EDGE && edge_is_clear(a, b))
+    if (contact == CO_CONTACT_EDGE && co_directions_edge_is_clear(a, b))
         return 1;
     return join(&a->normal, &b->normal, 1).angle < NORMALS;
 }
@@ -202,21 +212,22 @@ static double sine_between(const co_bezier_jet *a, const co_bezier_jet *b) {
 static co_crossing common_point(const co_crossing_search *s, int32_t a, int32_t b, const part *of_a, const part *of_b) {
     const double *const range[4] = {of_a->u, of_a->v, of_b->u, of_b->v};
     const double enough = COMMON * s->pieces->size;
-    double p[4], step[4];
+    double p[4], step[4], last = (double)INFINITY;
     for (int k = 0; k < 4; k++)
         p[k] = (range[k][0] + range[k][1]) / 2;
     for (int n = 0; n < NEWTON_STEPS; n++) {
         co_bezier_jet ja, jb;
         co_bezier_at(co_pieces_bezier(s->pieces, a), p[0], p[1], &ja);
         co_bezier_at(co_pieces_bezier(s->pieces, b), p[2], p[3], &jb);
-        const double r[3] = {ja.s[0] - jb.s[0], ja.s[1] - jb.s[1], ja.s[2] - jb.s[2]};
-        if (co_dot3(r, r) <= enough * enough) {
+        const double r[3] = {ja.s[0] - jb.s[0], ja.s[1] - jb.s[1], ja.s[2] - jb.s[2]}, square = co_dot3(r, r);
+        if (square <= enough * enough) {
             const int inside = !co_location_is_on_boundary(s->mesh, &s->pieces->place[a], p) &&
                                !co_location_is_on_boundary(s->mesh, &s->pieces->place[b], p + 2);
             return inside && sine_between(&ja, &jb) > TRANSVERSAL ? CO_CROSSING_PROVEN : CO_CROSSING_CONTACT;
         }
-        if (!common_step(&ja, &jb, r, step))
+        if ((n >= 2 && square > 0.25 * last) || !common_step(&ja, &jb, r, step))
             break;
+        last = square;
         double moved = 0;
         for (int k = 0; k < 4; k++) {
             const double old = p[k];
@@ -229,14 +240,33 @@ static co_crossing common_point(const co_crossing_search *s, int32_t a, int32_t 
     return CO_CROSSING_NONE;
 }
 
-/* Adds the pairs of children of both parts; of a part with itself each pair once. */
-static int push_children(const task *t, int same, task *stack, int depth) {
+/* The boxes of a part's children. */
+static void child_boxes(const double part[CO_BEZIER], co_box out[4]) {
+    static const double half[2][2] = {{0, 0.5}, {0.5, 1}};
+    for (int i = 0; i < 4; i++) {
+        double child[CO_BEZIER];
+        co_bezier_part(part, half[i % 2], half[i / 2], child);
+        out[i] = co_box_of(child, 16);
+    }
+}
+
+/* Adds the pairs of children of both parts whose boxes overlap, of a part with itself each once. */
+static int push_children(const task *t, const part *a, const part *b, task *stack, int depth) {
+    co_box of_a[4], of_b[4];
+    const int same = a == b;
+    child_boxes(a->bezier, of_a);
+    child_boxes(b->bezier, of_b);
     for (int i = 0; i < 4; i++)
         for (int j = same ? i : 0; j < 4; j++)
-            stack[depth++] = (task){.u = {2 * t->u[0] + i % 2, 2 * t->u[1] + j % 2},
-                                    .v = {2 * t->v[0] + i / 2, 2 * t->v[1] + j / 2},
-                                    .level = t->level + 1};
+            if (co_box_overlap(&of_a[i], &of_b[j]))
+                stack[depth++] = (task){.u = {2 * t->u[0] + i % 2, 2 * t->u[1] + j % 2},
+                                        .v = {2 * t->v[0] + i / 2, 2 * t->v[1] + j / 2},
+                                        .level = t->level + 1};
     return depth;
+}
+
+static co_directions directions_of(const co_crossing_search *s, int32_t piece, int level, const part *p) {
+    return s->directions && level == 0 ? s->directions[piece] : co_directions_of(p->bezier, 1);
 }
 
 co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b, int most_parts) {
@@ -253,18 +283,19 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b, in
         const co_contact contact = same ? CO_CONTACT_EDGE : co_location_contact(s->mesh, &of_a.where, &of_b.where);
         if (contact == CO_CONTACT_NONE && are_apart(of_a.bezier, of_b.bezier))
             continue;
-        const co_directions directions[2] = {t.level ? co_directions_of(of_a.bezier) : s->directions[a],
-                                             t.level ? co_directions_of(of_b.bezier) : s->directions[b]};
         if (same) {
-            if (!(directions[0].normal.angle < CO_PI) && t.level < DEEPEST)
-                depth = push_children(&t, 1, stack, depth);
+            const co_directions directions = directions_of(s, a, t.level, &of_a);
+            if (!co_directions_are_clear(&directions) && t.level < DEEPEST)
+                depth = push_children(&t, &of_a, &of_a, stack, depth);
             continue;
         }
-        if (contact != CO_CONTACT_NONE
-                ? neighbours_are_clear(contact, &directions[0], &directions[1])
-                : are_apart_along_normals(of_a.bezier, of_b.bezier, &directions[0], &directions[1]) ||
-                      are_apart_as_sheets(of_a.bezier, of_b.bezier))
+        if (contact != CO_CONTACT_NONE) {
+            const co_directions one = directions_of(s, a, t.level, &of_a), two = directions_of(s, b, t.level, &of_b);
+            if (neighbours_are_clear(contact, &one, &two))
+                continue;
+        } else if (are_apart_along_normals(of_a.bezier, of_b.bezier) || are_apart_as_sheets(of_a.bezier, of_b.bezier)) {
             continue;
+        }
         if (contact == CO_CONTACT_NONE) {
             now = common_point(s, a, b, &of_a, &of_b);
             if (now == CO_CROSSING_PROVEN)
@@ -274,7 +305,7 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b, in
             worst = now > worst ? now : worst;
         }
         if (t.level < DEEPEST)
-            depth = push_children(&t, 0, stack, depth);
+            depth = push_children(&t, &of_a, &of_b, stack, depth);
     }
     return depth && worst == CO_CROSSING_NONE ? CO_CROSSING_UNRESOLVED : worst;
 }

@@ -6,8 +6,8 @@
 
 #include <stdlib.h>
 
-/* Pieces that one thread looks round one after the other; and pairs of these that are too close to tell, after which
- * the others are cut once: they lie where sheets lie on each other. */
+/* Pieces that one thread looks round one after the other, about; and pairs of these that are too close to tell, after
+ * which the others are hardly cut: they lie where sheets lie on each other. */
 enum { RUN = 64, ENOUGH_UNRESOLVED = 40 };
 
 typedef struct found {
@@ -18,20 +18,21 @@ typedef struct found {
 
 typedef struct work {
     co_crossing_search search;
-    co_directions *directions;
-    co_box *box;
-    co_box_tree tree;
-    const co_near_patches *near; /* NULL: all pieces, by the tree */
+    co_box *box;                 /* [n_pieces] */
+    co_box *of_patch;            /* [n_patches] */
+    co_directions *directions;   /* [n_patches] */
+    co_box_tree tree;            /* of the patches */
+    const co_near_patches *near; /* NULL: all patches, by the tree */
     const curvopt_cancel *cancel;
     found *of_thread; /* [n_threads] */
 } work;
 
-static void bound_pieces(void *context, size_t begin, size_t end) {
+static void bound_patches(void *context, size_t begin, size_t end) {
     const work *w = context;
-    for (size_t k = begin; k < end && !co_cancel_is_requested(w->cancel); k++) {
-        const double *bezier = co_pieces_bezier(w->search.pieces, (int32_t)k);
-        w->box[k] = co_box_of(bezier, 16);
-        w->directions[k] = co_directions_of(bezier);
+    const co_surface_pieces *s = w->search.pieces;
+    for (size_t p = begin; p < end && !co_cancel_is_requested(w->cancel); p++) {
+        w->of_patch[p] = co_pieces_bound(s, (int32_t)p, w->box);
+        w->directions[p] = co_directions_of(co_pieces_bezier(s, s->first[p]), s->first[p + 1] - s->first[p]);
     }
 }
 
@@ -53,34 +54,63 @@ static void add_pair(const work *w, int32_t a, int32_t b, co_crossing what, foun
     f->pair[f->n++] = pair;
 }
 
-/* Looks at piece a with itself and with all pieces of larger numbers whose boxes overlap its own. *n_unresolved: of the
- * run's pairs so far. */
-static void look_round(const work *w, int32_t a, int32_t *n_unresolved, found *f) {
-    co_box_walk walk;
-    int32_t b;
-    co_box_walk_begin(&w->tree, &w->search.box[a], &walk);
-    while (!co_cancel_is_requested(w->cancel) && (b = co_box_walk_next(&walk)) >= 0) {
-        if (b < a || !co_box_overlap(&w->search.box[a], &w->search.box[b]))
+/* Looks at the pieces of two patches, which may be the same. *n_unresolved: of the run's pairs so far. */
+static void look_at(const work *w, int32_t p, int32_t q, int32_t *n_unresolved, found *f) {
+    const co_surface_pieces *s = w->search.pieces;
+    const co_box *box = w->search.box;
+    for (int32_t a = s->first[p]; a < s->first[p + 1] && !co_cancel_is_requested(w->cancel); a++) {
+        if (!co_box_overlap(&box[a], &w->of_patch[q]))
             continue;
-        const co_crossing what = co_crossing_of(
-            &w->search, a, b, *n_unresolved < ENOUGH_UNRESOLVED ? CO_CROSSING_PARTS : CO_CROSSING_FEWEST_PARTS);
-        *n_unresolved += what == CO_CROSSING_UNRESOLVED;
-        if (what != CO_CROSSING_NONE)
-            add_pair(w, a, b, what, f);
+        for (int32_t b = p == q ? a : s->first[q]; b < s->first[q + 1]; b++) {
+            if (!co_box_overlap(&box[a], &box[b]))
+                continue;
+            const co_crossing what = co_crossing_of(
+                &w->search, a, b, *n_unresolved < ENOUGH_UNRESOLVED ? CO_CROSSING_PARTS : CO_CROSSING_FEWEST_PARTS);
+            *n_unresolved += what == CO_CROSSING_UNRESOLVED;
+            if (what != CO_CROSSING_NONE)
+                add_pair(w, a, b, what, f);
+        }
     }
 }
 
-/* Every n_threads-th run of pieces. */
+static co_location place_of(const work *w, int32_t patch) {
+    static const double whole[2] = {0, 1};
+    return co_location_of(&w->search.pieces->patches.place[patch], whole, whole);
+}
+
+/* Whether directions of whole patches prove that they do not cross, or a patch itself. */
+static int are_clear(const work *w, int32_t p, int32_t q) {
+    if (p == q)
+        return co_directions_are_clear(&w->directions[p]);
+    const co_location a = place_of(w, p), b = place_of(w, q);
+    return co_location_contact(w->search.mesh, &a, &b) == CO_CONTACT_EDGE &&
+           co_directions_edge_is_clear(&w->directions[p], &w->directions[q]);
+}
+
+/* Looks at patch p with itself and with all patches of larger numbers whose boxes overlap its own. */
+static void look_round(const work *w, int32_t p, int32_t *n_unresolved, found *f) {
+    co_box_walk walk;
+    int32_t q;
+    co_box_walk_begin(&w->tree, &w->of_patch[p], &walk);
+    while (!co_cancel_is_requested(w->cancel) && (q = co_box_walk_next(&walk)) >= 0)
+        if (q >= p && co_box_overlap(&w->of_patch[p], &w->of_patch[q]) && !are_clear(w, p, q))
+            look_at(w, p, q, n_unresolved, f);
+}
+
+/* Every n_threads-th run of patches, of about RUN pieces each. */
 static void look(void *context, int32_t thread, int32_t n_threads) {
     const work *w = context;
+    const co_surface_pieces *s = w->search.pieces;
     found *f = &w->of_thread[thread];
-    const int32_t n = w->search.pieces->n_pieces, stride = RUN * n_threads;
-    for (int32_t begin = RUN * thread; begin < n && !f->failed; begin += stride) {
-        if (co_cancel_is_requested(w->cancel))
-            return;
-        int32_t n_unresolved = 0;
-        for (int32_t a = begin; a < begin + RUN && a < n; a++)
-            look_round(w, a, &n_unresolved, f);
+    int32_t n_unresolved = 0, last = -1;
+    for (int32_t p = 0; p < s->patches.n_patches && !f->failed && !co_cancel_is_requested(w->cancel); p++) {
+        const int32_t run = s->first[p] / RUN;
+        if (run % n_threads != thread)
+            continue;
+        if (run != last)
+            n_unresolved = 0;
+        last = run;
+        look_round(w, p, &n_unresolved, f);
     }
 }
 
@@ -150,23 +180,24 @@ static int32_t run(work *w, co_thread_pool *pool, co_crossings *out, curvopt_err
 
 int32_t co_crossings_find(const curvopt_mesh *mesh, const co_surface_pieces *pieces, co_thread_pool *pool,
                           const curvopt_cancel *cancel, co_crossings *out, curvopt_error *error) {
-    const int32_t n = pieces->n_pieces;
+    const int32_t n = pieces->patches.n_patches;
     work w = {.search = {.mesh = mesh, .pieces = pieces},
+              .box = CO_NEW(co_box, pieces->n_pieces),
+              .of_patch = CO_NEW(co_box, n),
               .directions = CO_NEW(co_directions, n),
-              .box = CO_NEW(co_box, n),
               .cancel = cancel};
-    w.search.directions = w.directions;
     w.search.box = w.box;
     *out = (co_crossings){0};
-    int32_t status = w.directions && w.box ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = w.box && w.of_patch && w.directions ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
-        co_thread_pool_for(pool, (size_t)n, bound_pieces, &w);
-        status = co_box_tree_create(n, w.box, cancel, &w.tree, error);
+        co_thread_pool_for(pool, (size_t)n, bound_patches, &w);
+        status = co_box_tree_create(n, w.of_patch, cancel, &w.tree, error);
     }
     if (status == CURVOPT_OK)
         status = run(&w, pool, out, error);
-    free(w.directions);
     free(w.box);
+    free(w.of_patch);
+    free(w.directions);
     co_box_tree_free(&w.tree);
     return status;
 }

@@ -130,18 +130,27 @@ static int cut(const co_surface_pieces *own, const item *it, item child[4]) {
     return 4;
 }
 
-/* All patches of both surfaces. */
-static int32_t start(search *s, curvopt_error *error) {
-    const size_t n_first = (size_t)s->surface[0].pieces->patches.n_patches;
-    s->n_now = n_first + (size_t)s->surface[1].pieces->patches.n_patches;
-    s->now = CO_NEW(item, s->n_now);
+/* Where to look first for what is nearest to a patch: a part of the patch at the same place in the other list, which is
+ * the same one moved where both cages have the same faces, or one was subdivided. */
+static int32_t first_hint(const co_nearest *own, const co_nearest *other, int32_t patch) {
+    const int64_t n = own->pieces->patches.n_patches, n_other = other->pieces->patches.n_patches;
+    return other->first[patch * n_other / n];
+}
+
+/* Every stride-th patch of both surfaces. */
+static int32_t start(search *s, int32_t stride, curvopt_error *error) {
+    s->now =
+        CO_NEW(item, (size_t)s->surface[0].pieces->patches.n_patches + (size_t)s->surface[1].pieces->patches.n_patches);
     if (!s->now)
         return co_status_no_memory(error);
-    for (size_t k = 0; k < s->n_now; k++) {
-        const int32_t of = k >= n_first, patch = (int32_t)(of ? k - n_first : k);
+    for (int32_t of = 0; of < 2; of++) {
         const co_surface_pieces *own = s->surface[of].pieces;
-        const int32_t piece = own->tip_of[patch] < 0 ? own->first[patch] : -1 - patch;
-        s->now[k] = (item){.upper = INFINITY, .side = 1, .piece = piece, .hint = -1, .of = of};
+        for (int32_t patch = 0; patch < own->patches.n_patches; patch += stride)
+            s->now[s->n_now++] = (item){.upper = INFINITY,
+                                        .side = 1,
+                                        .piece = own->tip_of[patch] < 0 ? own->first[patch] : -1 - patch,
+                                        .hint = first_hint(&s->surface[of], &s->surface[!of], patch),
+                                        .of = of};
     }
     return CURVOPT_OK;
 }
@@ -248,7 +257,8 @@ int32_t co_deviation_glimpse(const co_nearest surface[2], co_thread_pool *pool, 
                              double *out, curvopt_error *error) {
     search s = {.surface = surface, .cancel = cancel};
     co_deviation found = {.max = 0};
-    const int32_t status = start(&s, error);
+    const int32_t n = surface[0].pieces->patches.n_patches + surface[1].pieces->patches.n_patches;
+    const int32_t status = start(&s, 1 + n / CO_DEVIATION_GLIMPSE, error);
     if (status == CURVOPT_OK) {
         co_thread_pool_for(pool, s.n_now, bound_items, &s);
         take_largest(&s, &found);
@@ -270,7 +280,7 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
                             const curvopt_cancel *cancel, co_deviation *out, curvopt_error *error) {
     search s = {.surface = surface, .cancel = cancel};
     const double floor = CO_DEVIATION_FLOOR * surface[0].pieces->size;
-    int32_t status = start(&s, error);
+    int32_t status = start(&s, 1, error);
     while (status == CURVOPT_OK && s.n_now && is_affordable(&s, budget, out)) {
         co_thread_pool_for(pool, s.n_now, bound_items, &s);
         take_largest(&s, out);
@@ -324,7 +334,8 @@ static void add_patches(void *context, size_t begin, size_t end) {
     const int32_t rings = m->n_cells > 0 ? RINGS : FEW_RINGS, fine_rings = m->n_cells > 0 ? FINE_RINGS : -1;
     const co_surface_pieces *s = m->surface[0].pieces;
     for (size_t p = begin; p < end && !co_cancel_is_requested(m->cancel); p++) {
-        int32_t hint = -1, most = s->first[p] + CO_RING_CELLS * rings;
+        int32_t hint = first_hint(&m->surface[0], &m->surface[1], (int32_t)p);
+        const int32_t most = s->first[p] + CO_RING_CELLS * rings;
         const int32_t last = s->first[p + 1] < most ? s->first[p + 1] : most;
         m->sums[2 * p] = m->sums[2 * p + 1] = 0;
         for (int32_t k = s->first[p]; k < last; k++) {

@@ -23,7 +23,8 @@
 #define CO_DEVIATION_CLOSE 1.02
 enum {
     CO_DEVIATION_FEW = 3000,
-    CO_DEVIATION_CLIMBS = 16 /* parts from which a larger distance is looked for at the end */
+    CO_DEVIATION_GLIMPSE = 2000, /* patches of which a glimpse looks at all; at fewer of more */
+    CO_DEVIATION_CLIMBS = 16     /* parts from which a larger distance is looked for at the end */
 };
 /* Distances below it count as none, in root mean square radii of the first cage. */
 #define CO_DEVIATION_FLOOR 1e-9

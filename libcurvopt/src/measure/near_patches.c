@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "measure/box_tree.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 typedef struct work {
@@ -18,16 +17,8 @@ typedef struct work {
 
 static void bound_patches(void *context, size_t begin, size_t end) {
     const work *w = context;
-    const co_surface_pieces *s = w->near->pieces;
     for (size_t p = begin; p < end; p++)
-        for (int32_t k = s->first[p]; k < s->first[p + 1]; k++) {
-            const co_box box = w->near->box[k] = co_box_of(co_pieces_bezier(s, k), 16);
-            co_box *all = &w->box[p];
-            for (int c = 0; c < 3; c++) {
-                all->low[c] = k == s->first[p] ? box.low[c] : fmin(all->low[c], box.low[c]);
-                all->high[c] = k == s->first[p] ? box.high[c] : fmax(all->high[c], box.high[c]);
-            }
-        }
+        w->box[p] = co_pieces_bound(w->near->pieces, (int32_t)p, w->near->box);
 }
 
 static void direct_pieces(void *context, size_t begin, size_t end) {
@@ -35,7 +26,7 @@ static void direct_pieces(void *context, size_t begin, size_t end) {
     const co_surface_pieces *s = w->near->pieces;
     for (size_t p = begin; p < end; p++)
         for (int32_t k = s->first[p]; k < s->first[p + 1] && w->near->start[p + 1] > w->near->start[p]; k++)
-            w->near->directions[k] = co_directions_of(co_pieces_bezier(s, k));
+            w->near->directions[k] = co_directions_of(co_pieces_bezier(s, k), 1);
 }
 
 static int add(work *w, size_t n, int32_t patch) {

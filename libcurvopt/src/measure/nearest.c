@@ -92,11 +92,11 @@ static int is_flat(const double bezier[CO_BEZIER]) {
     return (second[0] + second[2]) / 8 <= FLAT * sqrt(fmin(diagonal, other));
 }
 
-/* What is being made, and boxes of its parts along the axes, for the tree. */
+/* What is being made, and boxes of its patches along the axes, for the tree. */
 typedef struct builder {
     co_nearest *nearest;
-    co_box *box; /* [room] */
-    int32_t room;
+    co_box *box;  /* [n_patches] */
+    int32_t room; /* for parts */
 } builder;
 
 /* Room for one more part. */
@@ -105,12 +105,9 @@ static int grow(builder *b) {
         return 1;
     const size_t more = 2 * (size_t)b->room;
     co_part *part = more < INT32_MAX / 4 ? CO_RESIZED(b->nearest->part, more) : NULL;
-    if (part)
-        b->nearest->part = part;
-    co_box *box = part ? CO_RESIZED(b->box, more) : NULL;
-    if (!box)
+    if (!part)
         return 0;
-    b->box = box;
+    b->nearest->part = part;
     b->room = (int32_t)more;
     return 1;
 }
@@ -132,7 +129,6 @@ static int cut_piece(builder *b, int32_t piece) {
         if (side * (1 << DEEPEST) <= 1 || is_flat(bezier)) {
             if (!grow(b))
                 return 0;
-            b->box[s->n_parts] = co_box_of(bezier, 16);
             s->part[s->n_parts++] = (co_part){
                 .piece = piece, .side = (float)side, .u = (float)u0, .v = (float)v0, .box = co_oriented_box_of(bezier)};
             continue;
@@ -152,26 +148,54 @@ static int add_tip(builder *b, int32_t tip) {
     if (!grow(b))
         return 0;
     const double *at = s->pieces->tip[tip].at;
-    b->box[s->n_parts] = co_box_of(at, 1);
     s->part[s->n_parts++] = (co_part){.piece = -1 - tip, .box = {.centre = {at[0], at[1], at[2]}}};
     return 1;
 }
 
+/* Boxes of a patch: of its tip and all of its pieces. */
+static void enclose(builder *b, int32_t patch) {
+    const co_surface_pieces *s = b->nearest->pieces;
+    const int32_t first = s->first[patch], tip = s->tip_of[patch], n_points = 16 * (s->first[patch + 1] - first);
+    const double *net = co_pieces_bezier(s, first), *corner[4] = {net, net + 9, net + 36, net + 45};
+    if (tip >= 0) { /* of the outermost ring, whose cells are at (1, 0), (1, 1) and (0, 1) */
+        corner[0] = s->tip[tip].at;
+        corner[3] = net + CO_BEZIER + 45;
+        corner[2] = net + 2 * (size_t)CO_BEZIER + 36;
+    }
+    b->box[patch] = co_box_of(net, n_points);
+    co_box_add(&b->box[patch], corner[0], corner[0]);
+    b->nearest->box[patch] = co_oriented_box_round(corner, net, n_points);
+}
+
+/* Adds a patch; 0: memory is out. */
+static int add_patch(builder *b, int32_t patch) {
+    const co_surface_pieces *s = b->nearest->pieces;
+    b->nearest->first[patch] = b->nearest->n_parts;
+    int fits = 1;
+    for (int32_t k = s->first[patch]; fits && k < s->first[patch + 1]; k++)
+        fits = cut_piece(b, k);
+    if (fits && s->tip_of[patch] >= 0)
+        fits = add_tip(b, s->tip_of[patch]);
+    enclose(b, patch);
+    b->nearest->first[patch + 1] = b->nearest->n_parts;
+    return fits;
+}
+
 int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *cancel, co_nearest *out,
                           curvopt_error *error) {
+    const int32_t n = s->patches.n_patches;
     *out = (co_nearest){.pieces = s};
     builder b = {.nearest = out, .room = s->n_tips + s->n_pieces + 16};
     out->part = CO_NEW(co_part, b.room);
-    b.box = CO_NEW(co_box, b.room);
-    int fits = out->part && b.box;
-    for (int32_t k = 0; fits && k < s->n_pieces && !co_cancel_is_requested(cancel); k++)
-        fits = cut_piece(&b, k);
-    for (int32_t t = 0; fits && t < s->n_tips; t++)
-        fits = add_tip(&b, t);
-    int32_t status = !fits ? co_status_no_memory(error)
-                     : co_cancel_is_requested(cancel)
-                         ? CO_CANCELLED
-                         : co_box_tree_create(out->n_parts, b.box, cancel, &out->tree, error);
+    out->first = CO_NEW(int32_t, (size_t)n + 1);
+    out->box = CO_NEW(co_oriented_box, n);
+    b.box = CO_NEW(co_box, n);
+    int fits = out->part && out->first && out->box && b.box;
+    for (int32_t p = 0; fits && p < n && !co_cancel_is_requested(cancel); p++)
+        fits = add_patch(&b, p);
+    int32_t status = !fits                            ? co_status_no_memory(error)
+                     : co_cancel_is_requested(cancel) ? CO_CANCELLED
+                                                      : co_box_tree_create(n, b.box, cancel, &out->tree, error);
     free(b.box);
     if (status != CURVOPT_OK)
         co_nearest_free(out);
@@ -180,6 +204,8 @@ int32_t co_nearest_create(const co_surface_pieces *s, const curvopt_cancel *canc
 
 void co_nearest_free(co_nearest *nearest) {
     free(nearest->part);
+    free(nearest->first);
+    free(nearest->box);
     co_box_tree_free(&nearest->tree);
     *nearest = (co_nearest){0};
 }
@@ -204,6 +230,15 @@ static void try_part(const co_nearest *s, const double x[3], int32_t k, co_surfa
         *best = found;
 }
 
+/* All parts of a patch but `hint`. */
+static void try_patch(const co_nearest *s, const double x[3], int32_t patch, int32_t hint, co_surface_point *best) {
+    if (!(co_oriented_box_distance_squared(&s->box[patch], x) < best->distance * best->distance))
+        return;
+    for (int32_t k = s->first[patch]; k < s->first[patch + 1]; k++)
+        if (k != hint && co_oriented_box_distance_squared(&s->part[k].box, x) < best->distance * best->distance)
+            try_part(s, x, k, best);
+}
+
 void co_nearest_find(const co_nearest *s, const double x[3], int32_t hint, co_surface_point *out) {
     struct {
         int32_t node;
@@ -221,12 +256,8 @@ void co_nearest_find(const co_nearest *s, const double x[3], int32_t hint, co_su
         if (!(stack[depth].square < out->distance * out->distance))
             continue;
         if (!node->second) {
-            for (int32_t k = node->begin; k < node->end; k++) {
-                const int32_t part = s->tree.order[k];
-                if (part != hint &&
-                    co_oriented_box_distance_squared(&s->part[part].box, x) < out->distance * out->distance)
-                    try_part(s, x, part, out);
-            }
+            for (int32_t k = node->begin; k < node->end; k++)
+                try_patch(s, x, s->tree.order[k], hint, out);
             continue;
         }
         const int32_t child[2] = {(int32_t)(node - s->tree.node) + 1, node->second};

@@ -1,9 +1,9 @@
 /* Nearest points of a limit surface.
  *
- * Pieces are cut into parts that are nearly flat, and the parts put into a tree of boxes. Near a part the distance is
+ * Pieces are cut into parts that are nearly flat, and patches put into a tree of boxes. Near a part the distance is
  * minimized by Newton's method on the part, from its point in the middle; boxes that are farther than the best point so
- * far are left out, and parts whose oriented boxes are: these are flat. The point that is found is always one of the
- * surface, so its distance is an upper bound.
+ * far are left out, and patches and parts whose oriented boxes are: these are flat. The point that is found is always
+ * one of the surface, so its distance is an upper bound.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MEASURE_NEAREST_H
@@ -22,8 +22,10 @@ typedef struct co_part {
 typedef struct co_nearest {
     const co_surface_pieces *pieces;
     int32_t n_parts;
-    co_part *part; /* [n_parts] */
-    co_box_tree tree;
+    co_part *part;        /* [n_parts] patch by patch */
+    int32_t *first;       /* [n_patches + 1] first part of each patch */
+    co_oriented_box *box; /* [n_patches] round each patch */
+    co_box_tree tree;     /* of the patches */
 } co_nearest;
 
 /* A point of the surface. */

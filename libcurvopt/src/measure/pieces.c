@@ -247,6 +247,16 @@ int32_t co_pieces_create(const curvopt_mesh *mesh, const double *xyz, double rat
     return status;
 }
 
+co_box co_pieces_bound(const co_surface_pieces *s, int32_t patch, co_box *box) {
+    const int32_t first = s->first[patch];
+    co_box all = co_box_of(co_pieces_bezier(s, first), 16);
+    for (int32_t k = first; k < s->first[patch + 1]; k++) {
+        box[k] = co_box_of(co_pieces_bezier(s, k), 16);
+        co_box_add(&all, box[k].low, box[k].high);
+    }
+    return all;
+}
+
 /* Weights of the uniform cubic B-spline's four points at t. */
 static void spline_weights(double t, double w[4]) {
     const double s = 1 - t;

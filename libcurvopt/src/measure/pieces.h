@@ -47,6 +47,9 @@ int32_t co_pieces_prepare(const curvopt_mesh *mesh, const co_substitution *subst
 int32_t co_pieces_place(co_surface_pieces *pieces, const double *x, co_thread_pool *pool, const curvopt_cancel *cancel);
 void co_pieces_free(co_surface_pieces *pieces);
 
+/* The boxes of a patch's pieces, into box [n_pieces]; that of them all. */
+co_box co_pieces_bound(const co_surface_pieces *pieces, int32_t patch, co_box *box);
+
 /* The point (u, v) of a piece as weights over the points of its patch, row [co_patches_own_size()]. */
 void co_pieces_row(const co_surface_pieces *pieces, int32_t piece, double u, double v, double *row);
 
