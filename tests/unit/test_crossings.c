@@ -2,7 +2,7 @@
 #include "cages.h"
 #include "check.h"
 
-#include "measure/location.h"
+#include "measure/crossing_pair.h"
 #include "measure/quadric.h"
 
 enum { ROOM = 1000 };
@@ -129,6 +129,38 @@ static void test_cones_of_several_pieces(void **state) {
     }
 }
 
+/* Normals of a bent piece are within the cone of their control net, also where directions along u and along v overlap,
+ * as in the sectors of a fan; of a flat one that is one normal. */
+static void test_cones_of_normals(void **state) {
+    double net[CO_BEZIER];
+    uint64_t seed = 5;
+    int n_narrower = 0;
+    (void)state;
+    for (int n = 0; n < 60; n++) {
+        const double bend = n % 3 * 0.05;
+        make_sheet(bend, 0, n % 3 ? 0.05 : 0, 1, &seed, net);
+        for (size_t i = 0; i < 16; i++) { /* a sector of 30 degrees, but for its tip */
+            const double x = net[3 * i], y = net[3 * i + 1];
+            net[3 * i] = (x + 2.2) * cos(0.17 * y);
+            net[3 * i + 1] = (x + 2.2) * sin(0.17 * y) - 0.5 * x;
+        }
+        const co_cone cone = co_bezier_normals(net);
+        const co_directions directions = co_directions_of(net, 1);
+        CHECK_TRUE(cone.angle < 1.5 && directions.normal.angle <= fmax(cone.angle, 0.3));
+        n_narrower += directions.normal.angle == cone.angle;
+        if (bend == 0)
+            CHECK_NEAR(cone.angle, 0, 1e-7);
+        for (int i = 0; i < 49; i++) {
+            co_bezier_jet j;
+            double normal[3];
+            co_bezier_at(net, i / 7 / 6.0, i % 7 / 6.0, &j);
+            co_cross3(j.u, j.v, normal);
+            CHECK_TRUE(co_dot3(normal, cone.axis) >= (cos(cone.angle) - 1e-12) * co_length3(normal));
+        }
+    }
+    CHECK_TRUE(n_narrower > 0);
+}
+
 static double height_over(const co_quadric *q, const double at[3]) {
     const double d[3] = {at[0] - q->origin[0], at[1] - q->origin[1], at[2] - q->origin[2]};
     const double x = co_dot3(d, q->axis[0]), y = co_dot3(d, q->axis[1]);
@@ -223,6 +255,7 @@ int main(void) {
         cmocka_unit_test(test_closed_surfaces_do_not_cross),
         cmocka_unit_test(test_contacts),
         cmocka_unit_test(test_cones_of_several_pieces),
+        cmocka_unit_test(test_cones_of_normals),
         cmocka_unit_test(test_heights_over_a_paraboloid),
         cmocka_unit_test(test_sheets_along_each_other_are_told_apart),
         cmocka_unit_test(test_refusals),

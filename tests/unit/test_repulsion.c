@@ -4,6 +4,7 @@
 #include "variables_setting.h"
 
 #include "hessian/repulsion.h"
+#include "measure/nearest.h"
 
 enum { SIDE = 4, POINTS = (SIDE + 1) * (SIDE + 1) };
 
@@ -85,6 +86,71 @@ static void test_parallel_sheets(void **state) {
 
 static cage close_tori(void) {
     return cage_both(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.03), cage_torus(7, 5, 1, 0.4), 2.44);
+}
+
+/* Whether the point x of piece a is known to face y. */
+static int faces(const co_facings *f, int32_t a, const double x[3], const double y[3]) {
+    for (size_t i = 0; i < f->n; i++) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            const double d = x[c] - f->pair[i].distance * f->pair[i].along[c] - y[c];
+            square += d * d;
+        }
+        if (f->pair[i].piece[0] == a && square < 1e-12)
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether x has one nearest point y on a piece, inside it and closer than the reach, wherever the search begins. */
+static int has_one_inside(const double piece[CO_BEZIER], const double x[3], double reach, double y[3]) {
+    static const double whole[2] = {0, 1};
+    double first = 0, uv[2];
+    for (int k = 0; k < 9; k++) {
+        uv[0] = k % 3 * 0.5;
+        uv[1] = k / 3 * 0.5;
+        const double distance = co_nearest_on_piece(piece, x, whole, whole, uv, y, NULL);
+        if (!(distance < reach) || fmin(uv[0], uv[1]) <= 0 || fmax(uv[0], uv[1]) >= 1 ||
+            (k && fabs(distance - first) > 1e-9))
+            return 0;
+        first = distance;
+    }
+    return 1;
+}
+
+/* The number of such pairs of a grid's points of piece a and points of b, all of which must be known. */
+static int check_facings_of(const co_repulsion *r, int32_t a, int32_t b) {
+    int n = 0;
+    for (int k = 0; k < 25; k++) {
+        double x[3], y[3];
+        co_bezier_point(co_pieces_bezier(&r->pieces, a), k % 5 / 4.0, k / 5 / 4.0, x);
+        if (has_one_inside(co_pieces_bezier(&r->pieces, b), x, r->reach, y)) {
+            CHECK_TRUE(faces(&r->facings, a, x, y));
+            n++;
+        }
+    }
+    return n;
+}
+
+/* What is left out without a look, because no normal leads there, is nothing: of rough surfaces, whose normals turn a
+ * lot within a piece, all pairs of pieces. */
+static void test_no_facing_is_left_out(void **state) {
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        int n = 0;
+        setting s;
+        begin(&s, cage_both(cage_shaken(cage_torus(8, 6, 1, 0.4), 0.05 * (1 + k)), cage_torus(7, 5, 1, 0.4), 2.4), 0,
+              0.5);
+        value(&s, NULL);
+        const co_surface_pieces *p = &s.repulsion.pieces;
+        for (int32_t a = 0; a < p->n_pieces; a++)
+            for (int32_t b = 0; b < p->n_pieces; b++)
+                if (p->place[a].level == 0 && p->place[b].level <= 5 &&
+                    !co_patch_neighbours_are(&s.repulsion.neighbours, p->patch[a], p->patch[b]))
+                    n += check_facings_of(&s.repulsion, a, b);
+        CHECK_TRUE(n > 100);
+        end(&s);
+    }
 }
 
 static void test_gradient_is_its_differences(void **state) {
@@ -297,6 +363,7 @@ static void test_rows_of_pieces(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_parallel_sheets),
+        cmocka_unit_test(test_no_facing_is_left_out),
         cmocka_unit_test(test_gradient_is_its_differences),
         cmocka_unit_test(test_hessian_of_parallel_sheets),
         cmocka_unit_test(test_crossings_are_infinite),

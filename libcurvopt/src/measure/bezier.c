@@ -187,6 +187,49 @@ void co_bezier_cones(const double *pieces, int n, co_cone *u, co_cone *v) {
     *v = cone_of(pieces, n, 12);
 }
 
+/* Places in the net of S_u x S_v, of degree 5 by 5, get products of Bernstein coefficients of S_u, of degree 2 by 3,
+ * and S_v, of degree 3 by 2 (Farin, chapter 6); their weights but for a factor of each place. */
+static void multiply_derivatives(const double piece[CO_BEZIER], double net[36][3]) {
+    static const double two[3] = {1, 2, 1}, three[4] = {1, 3, 3, 1};
+    double u[3], v[3], product[3];
+    memset(net, 0, 36 * sizeof *net);
+    for (int i = 0; i < 12; i++) {
+        difference(piece, 3, i, u);
+        for (int k = 0; k < 12; k++) {
+            const int row = i / 3 + k / 4, column = i % 3 + k % 4;
+            const double weight = two[i % 3] * three[i / 3] * three[k % 4] * two[k / 4];
+            difference(piece, 12, k, v);
+            co_cross3(u, v, product);
+            for (int c = 0; c < 3; c++)
+                net[6 * row + column][c] += weight * product[c];
+        }
+    }
+}
+
+co_cone co_bezier_normals(const double piece[CO_BEZIER]) {
+    co_cone cone = {.angle = CO_PI};
+    double net[36][3], least = 1;
+    multiply_derivatives(piece, net);
+    for (int k = 0; k < 36; k++) {
+        const double length = co_length3(net[k]);
+        if (!(length > 0))
+            return cone;
+        for (int c = 0; c < 3; c++)
+            cone.axis[c] += net[k][c] /= length;
+    }
+    const double length = co_length3(cone.axis);
+    if (!(length > 0))
+        return cone;
+    for (int c = 0; c < 3; c++)
+        cone.axis[c] /= length;
+    for (int k = 0; k < 36; k++) {
+        const double along = co_dot3(net[k], cone.axis);
+        least = along < least ? along : least;
+    }
+    cone.angle = least > 0 ? co_arc_cosine(least) : CO_PI;
+    return cone;
+}
+
 co_cone co_cone_product(const co_cone *u, const co_cone *v) {
     co_cone out = {.angle = CO_PI};
     co_cross3(u->axis, v->axis, out.axis);

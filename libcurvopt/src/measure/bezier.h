@@ -44,6 +44,9 @@ void co_bezier_part(const double piece[CO_BEZIER], const double u[2], const doub
 void co_bezier_second(const double piece[CO_BEZIER], double bound[3]);
 /* Cones of the derivatives by u and by v of n pieces [n][CO_BEZIER]. */
 void co_bezier_cones(const double *pieces, int n, co_cone *u, co_cone *v);
+/* A cone that holds a piece's normals: round the control net of S_u x S_v; angle pi if that is not within 90 degrees.
+ */
+co_cone co_bezier_normals(const double piece[CO_BEZIER]);
 /* A cone that holds the cross products of directions of two cones (Sederberg and Meyers, "Loop detection in surface
  * patch intersections", CAGD 5, 1988, section 4); angle pi where there is none. */
 co_cone co_cone_product(const co_cone *u, const co_cone *v);

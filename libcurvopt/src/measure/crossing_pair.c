@@ -20,6 +20,8 @@ enum {
 #define TRANSVERSAL 1e-3
 #define DEGENERATE  1e-6
 #define NORMALS     (75 * CO_PI / 180)
+/* A cone of normals by the cones of both derivatives: if it is wider, another one is tried, which costs more. */
+#define WIDE 0.3
 
 typedef struct part {
     double bezier[CO_BEZIER];
@@ -37,11 +39,17 @@ co_directions co_directions_of(const double *pieces, int n) {
     co_directions out;
     co_bezier_cones(pieces, n, &out.u, &out.v);
     out.normal = co_cone_product(&out.u, &out.v);
+    out.are_apart = out.normal.angle < CO_PI;
+    if (n == 1 && out.normal.angle > WIDE) {
+        const co_cone normals = co_bezier_normals(pieces);
+        if (normals.angle < out.normal.angle)
+            out.normal = normals;
+    }
     return out;
 }
 
 int co_directions_are_clear(const co_directions *d) {
-    return d->normal.angle < CO_PI;
+    return d->are_apart;
 }
 
 static void take_part(const co_crossing_search *s, int32_t piece, int32_t u, int32_t v, int level, part *out) {
@@ -134,7 +142,7 @@ int co_directions_edge_is_clear(const co_directions *a, const co_directions *b) 
     static const int swaps[4] = {0, 1, 0, 1}, sign_u[4] = {1, 1, -1, -1}, sign_v[4] = {1, -1, -1, 1};
     double best = -3;
     int at = 0;
-    if (!(a->normal.angle < CO_PI) || !(b->normal.angle < CO_PI))
+    if (!a->are_apart || !b->are_apart)
         return 0;
     for (int r = 0; r < 4; r++) {
         const co_cone *u = swaps[r] ? &b->v : &b->u, *v = swaps[r] ? &b->u : &b->v;

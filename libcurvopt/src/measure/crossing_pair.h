@@ -32,6 +32,7 @@ typedef enum co_crossing {
 /* Cones of derivatives and of normals. */
 typedef struct co_directions {
     co_cone u, v, normal;
+    int are_apart; /* no line is parallel to a direction of u and one of v */
 } co_directions;
 
 typedef struct co_crossing_search {

@@ -18,19 +18,23 @@ enum {
 };
 /* Of the cosine between x - y and a tangent at a minimum. */
 #define NORMAL 1e-6
+/* Of coordinates, in sizes of the cage. */
+#define ROUNDING 1e-12
 /* Points closer than that, in reaches, are one. */
 #define SAME 1e-6
 
-/* A piece that is near the present one, and where, in the directions along it, points must be to face it. */
-typedef struct near_piece {
-    int32_t piece;
-    double along[2][3], low[2], high[2];
-} near_piece;
+/* Where points must be to face a piece: in the directions along it from `low` to `high`, and as far beyond as their
+ * height over it lets a normal reach. */
+typedef struct before {
+    double along[2][3], low[2], high[2], length[2];
+    double normal[3], bottom, top; /* heights of the piece */
+    double most, slope;            /* a normal's part along the piece: at most, and in parts of its height */
+} before;
 
 typedef struct store {
     co_facing *pair;
     size_t n, room;
-    near_piece *near; /* pieces that are near the present one */
+    int32_t *near; /* pieces that are near the present one */
     size_t n_near, near_room;
     int failed; /* memory is out */
 } store;
@@ -41,11 +45,12 @@ typedef struct work {
     const co_face_pairs *left_out;
     double reach;
     const co_near_patches *near;
+    before *before;   /* [n_pieces] of patches that are near another one */
     store *of_thread; /* [n_threads] */
 } work;
 
 static int grow_near(store *s) {
-    near_piece *more = s->n_near < s->near_room ? s->near : CO_RESIZED(s->near, 2 * s->near_room + 16);
+    int32_t *more = s->n_near < s->near_room ? s->near : CO_RESIZED(s->near, 2 * s->near_room + 16);
     if (!more)
         return 0;
     s->near_room = s->n_near < s->near_room ? s->near_room : 2 * s->near_room + 16;
@@ -64,53 +69,93 @@ static co_facing *grow_pairs(store *s) {
     return &s->pair[s->n];
 }
 
-/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
- * point is not farther from it than the reach times the sine of the cone's angle. */
-static void bound_along(const work *w, int32_t b, near_piece *out) {
-    const co_directions *d = &w->near->directions[b];
-    const co_cone *normal = &d->normal;
-    const double *net = co_pieces_bezier(w->pieces, b);
-    *out = (near_piece){.piece = b, .low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
-    if (!(normal->angle < CO_PI / 2))
-        return;
-    for (int k = 0; k < 2; k++) { /* derivatives, less what is along the normal */
-        const co_cone *along = k ? &d->v : &d->u;
-        const double part = co_dot3(along->axis, normal->axis);
-        double *axis = out->along[k], low = INFINITY, high = -INFINITY;
-        for (int c = 0; c < 3; c++)
-            axis[c] = along->axis[c] - part * normal->axis[c];
-        const double most = w->reach * co_sin_pi(normal->angle / CO_PI) * co_length3(axis);
-        for (int i = 0; i < 16; i++) {
-            const double x = co_dot3(net + 3 * (size_t)i, axis);
-            low = fmin(low, x);
-            high = fmax(high, x);
-        }
-        out->low[k] = low - most;
-        out->high[k] = high + most;
+static void project(const double net[CO_BEZIER], const double axis[3], double *low, double *high) {
+    *low = *high = co_dot3(net, axis);
+    for (int i = 1; i < 16; i++) {
+        const double x = co_dot3(net + 3 * (size_t)i, axis);
+        *low = x < *low ? x : *low;
+        *high = x > *high ? x : *high;
     }
 }
 
-static int is_before(const near_piece *b, const double x[3]) {
+/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
+ * point is not farther from it than its height times the tangent of the cone's angle, nor than the reach times the
+ * sine. */
+static before bound_along(const work *w, int32_t b) {
+    const co_directions *d = &w->near->directions[b];
+    const co_cone *normal = &d->normal;
+    const double *net = co_pieces_bezier(w->pieces, b);
+    before out = {.low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
+    if (!(normal->angle < CO_PI / 2))
+        return out;
+    const double sine = co_sin_pi(normal->angle / CO_PI), cosine = co_sin_pi(0.5 - normal->angle / CO_PI);
+    memcpy(out.normal, normal->axis, sizeof out.normal);
+    project(net, out.normal, &out.bottom, &out.top);
+    out.most = w->reach * sine;
+    out.slope = sine / cosine;
+    for (int k = 0; k < 2; k++) { /* derivatives, less what is along the normal */
+        const co_cone *along = k ? &d->v : &d->u;
+        const double part = co_dot3(along->axis, normal->axis);
+        for (int c = 0; c < 3; c++)
+            out.along[k][c] = along->axis[c] - part * normal->axis[c];
+        out.length[k] = co_length3(out.along[k]);
+        project(net, out.along[k], &out.low[k], &out.high[k]);
+        out.low[k] -= ROUNDING * w->pieces->size;
+        out.high[k] += ROUNDING * w->pieces->size;
+    }
+    return out;
+}
+
+static void bound_patches(void *context, size_t begin, size_t end) {
+    const work *w = context;
+    for (size_t p = begin; p < end; p++)
+        for (int32_t k = w->pieces->first[p]; k < w->pieces->first[p + 1] && w->near->start[p + 1] > w->near->start[p];
+             k++)
+            w->before[k] = bound_along(w, k);
+}
+
+/* What a normal from points of heights from `low` to `high` may have along the piece. */
+static double most_along(const before *b, double low, double high) {
+    const double above = high - b->bottom, below = b->top - low, height = above > below ? above : below;
+    return b->slope * height < b->most ? b->slope * height : b->most;
+}
+
+static int is_before(const before *b, const double x[3]) {
+    const double height = co_dot3(x, b->normal), most = most_along(b, height, height);
     for (int k = 0; k < 2; k++) {
-        const double at = co_dot3(x, b->along[k]);
-        if (at < b->low[k] || at > b->high[k])
+        const double at = co_dot3(x, b->along[k]), beyond = most * b->length[k];
+        if (at < b->low[k] - beyond || at > b->high[k] + beyond)
             return 0;
     }
     return 1;
 }
 
-/* Whether all of piece a is beside b. */
-static int is_beside(const work *w, int32_t a, const near_piece *b) {
+static void project_box(const co_box *box, const double axis[3], double *low, double *high) {
+    double middle = 0, half = 0;
+    for (int c = 0; c < 3; c++) {
+        middle += 0.5 * (box->low[c] + box->high[c]) * axis[c];
+        half += 0.5 * (box->high[c] - box->low[c]) * fabs(axis[c]);
+    }
+    *low = middle - half;
+    *high = middle + half;
+}
+
+/* Whether all of piece a is beside b: by its box, and by its control points, which takes longer. */
+static int is_beside(const work *w, int32_t a, const before *b) {
     const double *net = co_pieces_bezier(w->pieces, a);
-    for (int k = 0; k < 2; k++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int i = 0; i < 16; i++) {
-            const double x = co_dot3(net + 3 * (size_t)i, b->along[k]);
-            low = fmin(low, x);
-            high = fmax(high, x);
+    for (int closely = 0; closely < 2; closely++) {
+        double range[3][2];
+        for (int k = 0; k < 3; k++) {
+            const double *axis = k < 2 ? b->along[k] : b->normal;
+            if (closely)
+                project(net, axis, &range[k][0], &range[k][1]);
+            else
+                project_box(&w->near->box[a], axis, &range[k][0], &range[k][1]);
         }
-        if (low > b->high[k] || high < b->low[k])
-            return 1;
+        const double most = most_along(b, range[2][0], range[2][1]);
+        for (int k = 0; k < 2; k++)
+            if (range[k][0] > b->high[k] + most * b->length[k] || range[k][1] < b->low[k] - most * b->length[k])
+                return 1;
     }
     return 0;
 }
@@ -129,15 +174,12 @@ static void find_near(const work *w, int32_t a, store *s) {
         if (co_face_pairs_have(w->left_out, w->pieces->patches.place[p].face, w->pieces->patches.place[q].face))
             continue;
         for (int32_t b = w->pieces->first[q]; b < w->pieces->first[q + 1] && !s->failed; b++) {
-            near_piece near;
-            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->near->box[b]))
-                continue;
-            bound_along(w, b, &near);
-            if (is_beside(w, a, &near))
+            if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->near->box[b]) ||
+                is_beside(w, a, &w->before[b]))
                 continue;
             s->failed = !grow_near(s);
             if (!s->failed)
-                s->near[s->n_near++] = near;
+                s->near[s->n_near++] = b;
         }
     }
 }
@@ -211,10 +253,10 @@ static void look_from(const work *w, int32_t a, const double uv[2], double weigh
     int n_halves = 0;
     co_bezier_point(co_pieces_bezier(w->pieces, a), uv[0], uv[1], x);
     for (size_t k = 0; k < s->n_near; k++) {
-        const int32_t b = s->near[k].piece;
+        const int32_t b = s->near[k];
         static const double whole[2] = {0, 1};
         double y[3], at[2];
-        if (!is_before(&s->near[k], x) || !(co_box_distance_squared(&w->near->box[b], x) < w->reach * w->reach))
+        if (!is_before(&w->before[b], x) || !(co_box_distance_squared(&w->near->box[b], x) < w->reach * w->reach))
             continue;
         begin_at(co_pieces_bezier(w->pieces, b), x, at);
         const double distance = co_nearest_on_piece(co_pieces_bezier(w->pieces, b), x, whole, whole, at, y, NULL);
@@ -302,10 +344,12 @@ int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, d
               .left_out = left_out,
               .reach = reach,
               .near = near,
+              .before = CO_NEW(before, near->pieces->n_pieces),
               .of_thread = CO_NEW(store, n_threads)};
     *out = (co_facings){0};
-    int32_t status = w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = w.before && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
+        co_thread_pool_for(pool, (size_t)w.pieces->patches.n_patches, bound_patches, &w);
         co_thread_pool_run(pool, look, &w);
         status = gather(&w, n_threads, out, error);
     }
@@ -313,6 +357,7 @@ int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, d
         free(w.of_thread[t].pair);
         free(w.of_thread[t].near);
     }
+    free(w.before);
     free(w.of_thread);
     if (status != CURVOPT_OK)
         co_facings_free(out);
