@@ -457,9 +457,10 @@ typedef struct curvopt_chain {
  *
  * The unknowns at entries of weight 1 are the points and tangents themselves, in place of as many cage vertices near
  * them (libcurvopt/notes/87-through-limit-points.md). An entry that those near it, or other constraints, leave no
- * freedom for is refused, with its number as `element`; so are two that contradict. Entries are of the Catmull-Clark
- * limit surface, also where energies are those of a blend. Of the cage's symmetries those are kept that take entries to
- * entries (to 1e-5 of the size), as far as their unknowns can be chosen so; with chains or curvatures none are.
+ * freedom for is refused, with its number as `element`; so are two that contradict. But a point that is where it is to
+ * be, and of which nothing may move, stands. Entries are of the Catmull-Clark limit surface, also where energies are
+ * those of a blend. Of the cage's symmetries those are kept that take entries to entries (to 1e-5 of the size), as far
+ * as their unknowns can be chosen so; with chains or curvatures none are.
  *
  * Chains of weight 1 hold exactly, as entries do. No entry of weight 1 may hold a point of such a chain's vertex or
  * edge. Those that have vertices in common hold at most 1 000 limit points together on the last level. A chain of a

@@ -293,11 +293,31 @@ def test_boundaries_have_points_but_no_normals():
     rim = sorted(set(range(mesh.n_vertices)) - set(points.interior(mesh).tolist()))
     with pytest.raises(lib.CurvoptError, match=f"entry 0 holds a normal or tangent at vertex {rim[0]}, which is on a bound"):
         lib.minimize(mesh, levels=1, boundary=3, through=lib.through([rim[0]], normals=[[0, 0, 1]]))
-    with pytest.raises(lib.CurvoptError, match="entry 0: nothing that its point depends on may move"):
-        lib.minimize(mesh, levels=1, through=lib.through([rim[0]]))  # the boundary is held
     at = points.limits(mesh)[rim[0]] + [0.02, 0, 0.01]
+    with pytest.raises(lib.CurvoptError, match="entry 0: nothing that its point depends on may move"):
+        lib.minimize(mesh, levels=1, through=lib.through([rim[0]], places=[at]))  # the boundary is held
     result = lib.minimize(mesh, levels=2, boundary=3, through=lib.through([rim[0]], places=[at]))
     assert np.abs(points.limits(result.mesh)[rim[0]] - at).max() <= 1e-9
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_what_stands_on_a_held_boundary_is_no_reason_to_refuse(levels):
+    """Points of a held boundary, where they are or in planes that they are in, beside one that is held."""
+    mesh = open_net()
+    inside = points.interior(mesh).tolist()
+    rim = sorted(set(range(mesh.n_vertices)) - set(inside))
+    at = points.limits(mesh)
+    fields = dict(levels=levels, symmetry=1)  # points on one side of the mirror planes break them
+    alone = lib.minimize(mesh, **fields, through=lib.through(inside[:1], places=[at[inside[0]]]))
+    both = lib.minimize(
+        mesh, **fields,
+        through=lib.through([*rim[:3], inside[0]], places=at[[*rim[:3], inside[0]]], freedom=[0, 2, 1, 0],
+                            directions=[[0, 0, 1], [0, 0, 1], [1, 0, 0], [0, 0, 1]]),
+    )  # fmt: skip
+    assert both.verdict == alone.verdict == "minimum"
+    assert np.array_equal(both.mesh.xyz, alone.mesh.xyz)
+    only = lib.minimize(mesh, **fields, through=lib.through(rim[:2]))
+    assert only.verdict == "minimum" and np.array_equal(only.mesh.xyz, lib.minimize(mesh, **fields).mesh.xyz)
 
 
 @pytest.mark.parametrize("fields, what", [(dict(strength=0.5), "a strength below 1"), (dict(within=0.1), "a distance")])

@@ -24,6 +24,8 @@ static const double LEAST_SINE = 1e-9;
 static const double LARGEST_CURVATURE = 1e6;
 /* Largest distance of a place from the input's middle, in sizes of the input: doubles have no digits for both. */
 static const double FARTHEST = 1e9;
+/* Distance from where a point is to be that is none, in sizes of the input. */
+static const double MET = 1e-9;
 
 /* An entry, checked. */
 typedef struct entry {
@@ -390,6 +392,51 @@ static int32_t find_places(const curvopt_mesh *m, const double *xyz, co_surface_
     return status;
 }
 
+/* Whether a point at x is as far from where it is held as rounding leaves it. */
+static int is_met(const co_surface_value *f, const double x[3], double size) {
+    double d[3], rest = 0;
+    for (int c = 0; c < 3; c++)
+        d[c] = x[c] - f->anchor[c];
+    const double along = f->freedom == CO_FREEDOM_NONE ? 0 : co_dot3(d, f->direction);
+    for (int c = 0; c < 3; c++) {
+        const double part = along * f->direction[c], off = f->freedom == CO_FREEDOM_PLANE ? part : d[c] - part;
+        rest += off * off;
+    }
+    return sqrt(rest) <= MET * size;
+}
+
+/* Whether all vertices of value i are held themselves. */
+static int hangs_on_held(const co_constraints *all, const co_sparse_rows *rows, int32_t i) {
+    for (size_t e = rows->start[i]; e < rows->start[i + 1]; e++)
+        if (all->freedom[rows->column[e]] != CO_FREEDOM_NONE || all->of_limit[rows->column[e]])
+            return 0;
+    return 1;
+}
+
+/* Points that are where they are to be, and cannot move: what is chosen may reach into a boundary that is held. */
+static int32_t find_what_stands(const curvopt_mesh *m, const double *xyz, int32_t boundary, co_constraints *c,
+                                curvopt_error *error) {
+    co_surface_values *fs = &c->values;
+    co_constraints all = {0};
+    double origin[3], *at = CO_NEW(double, 3 * (size_t)(m->info.n_vertices + fs->n)), *value = at;
+    const double size = co_similarity_mesh_frame(m, xyz, origin);
+    int32_t status = at ? co_constraints_all(m, c, boundary, &all, error) : co_status_no_memory(error);
+    if (status == CURVOPT_OK) {
+        memcpy(at, xyz, 3 * sizeof *at * (size_t)m->info.n_vertices);
+        for (int32_t v = 0; v < m->info.n_vertices; v++)
+            if (!c->of_limit[v])
+                co_constraints_put_back(c, v, at + 3 * (size_t)v);
+        value = at + 3 * (size_t)m->info.n_vertices;
+        co_sparse_rows_apply(&fs->rows, at, value);
+    }
+    for (int32_t i = 0; status == CURVOPT_OK && i < fs->n; i++)
+        fs->item[i].stands = fs->item[i].order == 0 && hangs_on_held(&all, &fs->rows, i) &&
+                             is_met(&fs->item[i], value + 3 * (size_t)i, size);
+    co_constraints_free(&all);
+    free(at);
+    return status;
+}
+
 /* What options stand against. */
 static int32_t check_options(const curvopt_options *o, curvopt_error *error) {
     const char *what = o->strength < 1 ? "a strength below 1"
@@ -457,6 +504,8 @@ int32_t co_given_through_create(const curvopt_mesh *m, const double *xyz, const 
     }
     if (status == CURVOPT_OK && constraints->values.n)
         status = find_places(m, xyz, &constraints->values, error);
+    if (status == CURVOPT_OK && constraints->values.n)
+        status = find_what_stands(m, xyz, options->boundary, constraints, error);
     if (status == CURVOPT_OK && constraints->drawn.n)
         status = find_places(m, xyz, &constraints->drawn, error);
     if (status == CURVOPT_OK && t.n_chains)

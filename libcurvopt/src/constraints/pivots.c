@@ -263,11 +263,16 @@ static void eliminate_orbit(search *s, group *g, int32_t r, int32_t w) {
     }
 }
 
-/* The row without pivot that has the largest entry, of those that are optional or not; -1: all have pivots. */
-static int32_t find_largest(const search *s, const group *g, int is_optional) {
+/* Whether a value is not refused where nothing may move for it. */
+static int may_be_left(const co_surface_value *f) {
+    return f->is_optional || f->stands;
+}
+
+/* The row without pivot that has the largest entry, of those that may be left or not; -1: all have pivots. */
+static int32_t find_largest(const search *s, const group *g, int may) {
     int32_t r = -1;
     for (int32_t k = g->n_fixed; k < g->n_rows; k++)
-        if (g->pivot[k] < 0 && s->values->item[g->value[k]].is_optional == is_optional &&
+        if (g->pivot[k] < 0 && may_be_left(&s->values->item[g->value[k]]) == may &&
             (r < 0 || g->largest[k] > g->largest[r]))
             r = k;
     return r;
@@ -284,7 +289,7 @@ static int32_t find_others(const search *s, const group *g, int32_t r, int32_t *
     for (int32_t k = g->n_fixed; k < g->n_rows; k++) {
         const co_surface_value *f = &s->values->item[g->value[k]];
         const int32_t number = f->number;
-        if (f->is_optional || number == own || fabs(part[k]) < LEAST_PART)
+        if (may_be_left(f) || number == own || fabs(part[k]) < LEAST_PART)
             continue;
         *n += number != last;
         last = number;
@@ -318,11 +323,11 @@ static int32_t refuse(const search *s, const group *g, int32_t r, curvopt_error 
                           f->number, what, other, n > 1 ? " and others" : "");
 }
 
-/* Chooses pivots for rows of values, those that are optional or not. */
-static int32_t choose_rows(search *s, group *g, int is_optional, curvopt_error *error) {
-    for (int32_t r = find_largest(s, g, is_optional); r >= 0; r = find_largest(s, g, is_optional)) {
+/* Chooses pivots for rows of values, those that may be left or not. */
+static int32_t choose_rows(search *s, group *g, int may, curvopt_error *error) {
+    for (int32_t r = find_largest(s, g, may); r >= 0; r = find_largest(s, g, may)) {
         if (!(g->largest[r] > INDEPENDENT))
-            return is_optional ? CURVOPT_OK : refuse(s, g, r, error);
+            return may ? CURVOPT_OK : refuse(s, g, r, error);
         if (s->orbits)
             eliminate_orbit(s, g, r, g->vertex[g->column[r]]);
         else
@@ -365,8 +370,8 @@ static int32_t choose_in_group(search *s, int32_t root, curvopt_error *error) {
         const int32_t own = -1 - g.value[k];
         eliminate(s, &g, k, 1, &own);
     }
-    for (int is_optional = 0; status == CURVOPT_OK && is_optional < 2; is_optional++)
-        status = choose_rows(s, &g, is_optional, error);
+    for (int may = 0; status == CURVOPT_OK && may < 2; may++)
+        status = choose_rows(s, &g, may, error);
     for (int32_t k = 0; k < g.n_columns; k++)
         s->column[g.vertex[k]] = -1;
     for (int32_t k = g.n_fixed; k < g.n_rows; k++)

@@ -33,7 +33,9 @@ typedef struct co_surface_value {
     double curvature[9]; /* of a second derivative: the symmetric tensor that the surface is to have there */
     int32_t pivot;       /* the vertex that it is the unknown in place of; -1: not chosen yet, or not held */
     int32_t
-        is_optional;  /* whether it is a chain's, made anew on each level; not held where others leave it no freedom */
+        is_optional; /* whether it is a chain's, made anew on each level; not held where others leave it no freedom */
+    int32_t stands;  /* whether it is a point that is where it is to be, and nothing that it depends on may move, on the
+                        first cage: not held where that is so */
     double stiffness; /* of a spring in place of that, as k_v of soft_constraints.h; 0: it is held exactly */
 } co_surface_value;
 
