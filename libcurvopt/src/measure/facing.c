@@ -46,6 +46,7 @@ typedef struct work {
     double reach;
     const co_near_patches *near;
     before *before;   /* [n_pieces] of patches that are near another one */
+    before *of_patch; /* [n_patches] the same of all pieces of one */
     store *of_thread; /* [n_threads] */
 } work;
 
@@ -69,28 +70,47 @@ static co_facing *grow_pairs(store *s) {
     return &s->pair[s->n];
 }
 
-static void project(const double net[CO_BEZIER], const double axis[3], double *low, double *high) {
+static void project(const double *net, int n_points, const double axis[3], double *low, double *high) {
     *low = *high = co_dot3(net, axis);
-    for (int i = 1; i < 16; i++) {
+    for (int i = 1; i < n_points; i++) {
         const double x = co_dot3(net + 3 * (size_t)i, axis);
         *low = x < *low ? x : *low;
         *high = x > *high ? x : *high;
     }
 }
 
-/* From a point closer than `reach` y on b is along a normal of b. These are in a cone, so that along the piece the
- * point is not farther from it than its height times the tangent of the cone's angle, nor than the reach times the
- * sine. */
-static before bound_along(const work *w, int32_t b) {
-    const co_directions *d = &w->near->directions[b];
-    const co_cone *normal = &d->normal;
-    const double *net = co_pieces_bezier(w->pieces, b);
+/* A cone round the normals of all pieces of a patch; angle pi where there is none. */
+static co_cone normals_of(const work *w, size_t p) {
+    const co_directions *d = w->near->directions;
+    co_cone out = {.angle = CO_PI};
+    double angle = 0;
+    for (int32_t k = w->pieces->first[p]; k < w->pieces->first[p + 1]; k++)
+        for (int c = 0; c < 3; c++)
+            out.axis[c] += d[k].normal.axis[c];
+    const double length = co_length3(out.axis);
+    if (!(length > 0))
+        return out;
+    for (int c = 0; c < 3; c++)
+        out.axis[c] /= length;
+    for (int32_t k = w->pieces->first[p]; k < w->pieces->first[p + 1]; k++) {
+        const double cosine = co_dot3(d[k].normal.axis, out.axis);
+        angle = fmax(angle, d[k].normal.angle + co_arc_cosine(fmax(-1, fmin(1, cosine))));
+    }
+    out.angle = fmin(angle, CO_PI);
+    return out;
+}
+
+/* From a point closer than `reach` y on some pieces is along a normal. These are in a cone, so that along the pieces
+ * the point is not farther from them than its height times the tangent of the cone's angle, nor than the reach times
+ * the sine. */
+static before bound_along(const work *w, const double *net, int n_points, const co_cone *normal,
+                          const co_directions *d) {
     before out = {.low = {-INFINITY, -INFINITY}, .high = {INFINITY, INFINITY}};
     if (!(normal->angle < CO_PI / 2))
         return out;
     const double sine = co_sin_pi(normal->angle / CO_PI), cosine = co_sin_pi(0.5 - normal->angle / CO_PI);
     memcpy(out.normal, normal->axis, sizeof out.normal);
-    project(net, out.normal, &out.bottom, &out.top);
+    project(net, n_points, out.normal, &out.bottom, &out.top);
     out.most = w->reach * sine;
     out.slope = sine / cosine;
     for (int k = 0; k < 2; k++) { /* derivatives, less what is along the normal */
@@ -99,7 +119,7 @@ static before bound_along(const work *w, int32_t b) {
         for (int c = 0; c < 3; c++)
             out.along[k][c] = along->axis[c] - part * normal->axis[c];
         out.length[k] = co_length3(out.along[k]);
-        project(net, out.along[k], &out.low[k], &out.high[k]);
+        project(net, n_points, out.along[k], &out.low[k], &out.high[k]);
         out.low[k] -= ROUNDING * w->pieces->size;
         out.high[k] += ROUNDING * w->pieces->size;
     }
@@ -108,10 +128,16 @@ static before bound_along(const work *w, int32_t b) {
 
 static void bound_patches(void *context, size_t begin, size_t end) {
     const work *w = context;
-    for (size_t p = begin; p < end; p++)
-        for (int32_t k = w->pieces->first[p]; k < w->pieces->first[p + 1] && w->near->start[p + 1] > w->near->start[p];
-             k++)
-            w->before[k] = bound_along(w, k);
+    for (size_t p = begin; p < end; p++) {
+        const int32_t first = w->pieces->first[p], n = w->pieces->first[p + 1] - first;
+        const co_directions *d = w->near->directions + first;
+        if (w->near->start[p + 1] == w->near->start[p])
+            continue;
+        const co_cone normals = normals_of(w, p);
+        w->of_patch[p] = bound_along(w, co_pieces_bezier(w->pieces, first), 16 * n, &normals, d);
+        for (int32_t k = 0; k < n; k++)
+            w->before[first + k] = bound_along(w, co_pieces_bezier(w->pieces, first + k), 16, &d[k].normal, &d[k]);
+    }
 }
 
 /* What a normal from points of heights from `low` to `high` may have along the piece. */
@@ -140,7 +166,7 @@ static void project_box(const co_box *box, const double axis[3], double *low, do
     *high = middle + half;
 }
 
-/* Whether all of piece a is beside b: by its box, and by its control points, which takes longer. */
+/* Whether all of piece a is beside what b is of: by its box, and by its control points, which takes longer. */
 static int is_beside(const work *w, int32_t a, const before *b) {
     const double *net = co_pieces_bezier(w->pieces, a);
     for (int closely = 0; closely < 2; closely++) {
@@ -148,7 +174,7 @@ static int is_beside(const work *w, int32_t a, const before *b) {
         for (int k = 0; k < 3; k++) {
             const double *axis = k < 2 ? b->along[k] : b->normal;
             if (closely)
-                project(net, axis, &range[k][0], &range[k][1]);
+                project(net, 16, axis, &range[k][0], &range[k][1]);
             else
                 project_box(&w->near->box[a], axis, &range[k][0], &range[k][1]);
         }
@@ -171,7 +197,8 @@ static void find_near(const work *w, int32_t a, store *s) {
     s->n_near = 0;
     for (size_t k = w->near->start[p]; k < w->near->start[p + 1]; k++) {
         const int32_t q = w->near->patch[k];
-        if (co_face_pairs_have(w->left_out, w->pieces->patches.place[p].face, w->pieces->patches.place[q].face))
+        if (is_beside(w, a, &w->of_patch[q]) ||
+            co_face_pairs_have(w->left_out, w->pieces->patches.place[p].face, w->pieces->patches.place[q].face))
             continue;
         for (int32_t b = w->pieces->first[q]; b < w->pieces->first[q + 1] && !s->failed; b++) {
             if (w->pieces->place[b].level > SMALLEST || !co_box_overlap(&box, &w->near->box[b]) ||
@@ -345,9 +372,10 @@ int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, d
               .reach = reach,
               .near = near,
               .before = CO_NEW(before, near->pieces->n_pieces),
+              .of_patch = CO_NEW(before, near->pieces->patches.n_patches),
               .of_thread = CO_NEW(store, n_threads)};
     *out = (co_facings){0};
-    int32_t status = w.before && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
+    int32_t status = w.before && w.of_patch && w.of_thread ? CURVOPT_OK : co_status_no_memory(error);
     if (status == CURVOPT_OK) {
         co_thread_pool_for(pool, (size_t)w.pieces->patches.n_patches, bound_patches, &w);
         co_thread_pool_run(pool, look, &w);
@@ -358,6 +386,7 @@ int32_t co_facings_find(const curvopt_mesh *mesh, const co_near_patches *near, d
         free(w.of_thread[t].near);
     }
     free(w.before);
+    free(w.of_patch);
     free(w.of_thread);
     if (status != CURVOPT_OK)
         co_facings_free(out);
