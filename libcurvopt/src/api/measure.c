@@ -23,6 +23,8 @@ enum { MOST_STEPS = 20000000 };
 #define TIP_FIRST        (1.0 / 16)
 #define TIP_OF_CROSSINGS (1.0 / 256)
 #define TIP_PART         0.05
+/* Rings are whole: up to one of the first cut may be counted twice, and each is smaller by this at least. */
+#define TIP_RING 0.25
 
 static int32_t start_threads(int32_t threads, co_thread_pool **pool, curvopt_error *error) {
     curvopt_options check;
@@ -151,7 +153,7 @@ static int32_t cut_into_pieces(surfaces *s, co_thread_pool *pool, const curvopt_
     status = co_deviation_glimpse(s->nearest, pool, cancel, &distance, error);
     const double part = TIP_PART * distance / radius;
     if (status == CURVOPT_OK && part < 1)
-        status = cut_with_tip(s, fmax(TIP, TIP_FIRST * part), pool, cancel, error);
+        status = cut_with_tip(s, fmax(TIP, TIP_FIRST * TIP_RING * part), pool, cancel, error);
     return status;
 }
 

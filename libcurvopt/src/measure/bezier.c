@@ -245,19 +245,23 @@ co_cone co_cone_product(const co_cone *u, const co_cone *v) {
     return out;
 }
 
+void co_bezier_mean_directions(const double *const corner[4], double u[3], double v[3], double normal[3]) {
+    const double *p = corner[0], *q = corner[1], *r = corner[2], *s = corner[3];
+    for (int c = 0; c < 3; c++) {
+        u[c] = q[c] - p[c] + s[c] - r[c];
+        v[c] = r[c] - p[c] + s[c] - q[c];
+    }
+    co_cross3(u, v, normal);
+}
+
 /* Least sine of the angle between a piece's mean directions: below, rounding tilts their normal by more than 1e-13, and
  * of a piece that is one line by any angle; a box along such axes does not hold the piece. */
 static const double LEAST_SINE = 1e-3;
 
 co_oriented_box co_oriented_box_round(const double *const corner[4], const double *points, int n) {
     co_oriented_box box = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const double *p = corner[0], *q = corner[1], *r = corner[2], *s = corner[3];
     double u[3], v[3], normal[3];
-    for (int c = 0; c < 3; c++) {
-        u[c] = q[c] - p[c] + s[c] - r[c];
-        v[c] = r[c] - p[c] + s[c] - q[c];
-    }
-    co_cross3(u, v, normal);
+    co_bezier_mean_directions(corner, u, v, normal);
     const double length = co_length3(u), area = co_length3(normal);
     if (length > 0 && area > LEAST_SINE * length * co_length3(v)) {
         for (int c = 0; c < 3; c++) {
@@ -267,7 +271,7 @@ co_oriented_box co_oriented_box_round(const double *const corner[4], const doubl
         co_cross3(box.axis[2], box.axis[0], box.axis[1]);
     }
     for (int k = 0; k < 3; k++) {
-        double low = co_dot3(p, box.axis[k]), high = low;
+        double low = co_dot3(corner[0], box.axis[k]), high = low;
         for (int i = 0; i < n; i++) {
             const double along = co_dot3(points + 3 * (size_t)i, box.axis[k]);
             low = along < low ? along : low;

@@ -51,6 +51,8 @@ co_cone co_bezier_normals(const double piece[CO_BEZIER]);
  * patch intersections", CAGD 5, 1988, section 4); angle pi where there is none. */
 co_cone co_cone_product(const co_cone *u, const co_cone *v);
 
+/* Twice the mean directions by u and by v of the corners (0, 0), (1, 0), (0, 1) and (1, 1), and their cross product. */
+void co_bezier_mean_directions(const double *const corner[4], double u[3], double v[3], double normal[3]);
 /* The box round the first corner and n points, along the mean direction by u of the corners (0, 0), (1, 0), (0, 1) and
  * (1, 1) and their normal; where these are 0, or the mean directions by u and v nearly the same, along x, y and z. */
 co_oriented_box co_oriented_box_round(const double *const corner[4], const double *points, int n);

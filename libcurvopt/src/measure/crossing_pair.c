@@ -48,10 +48,6 @@ co_directions co_directions_of(const double *pieces, int n) {
     return out;
 }
 
-int co_directions_are_clear(const co_directions *d) {
-    return d->are_apart;
-}
-
 static void take_part(const co_crossing_search *s, int32_t piece, int32_t u, int32_t v, int level, part *out) {
     const double side = ldexp(1, -level);
     out->u[0] = u * side;
@@ -88,13 +84,9 @@ static int are_apart(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
 /* Along a normal of either part, to the mean directions by u and v of its corners. */
 static int are_apart_along_normals(const double a[CO_BEZIER], const double b[CO_BEZIER]) {
     for (int k = 0; k < 2; k++) {
-        const double *net = k ? b : a;
+        const double *net = k ? b : a, *const corner[4] = {net, net + 9, net + 36, net + 45};
         double u[3], v[3], normal[3];
-        for (int c = 0; c < 3; c++) {
-            u[c] = net[9 + c] - net[c] + net[45 + c] - net[36 + c];
-            v[c] = net[36 + c] - net[c] + net[45 + c] - net[9 + c];
-        }
-        co_cross3(u, v, normal);
+        co_bezier_mean_directions(corner, u, v, normal);
         if (are_apart_along(a, b, normal))
             return 1;
     }
@@ -293,7 +285,7 @@ co_crossing co_crossing_of(const co_crossing_search *s, int32_t a, int32_t b, in
             continue;
         if (same) {
             const co_directions directions = directions_of(s, a, t.level, &of_a);
-            if (!co_directions_are_clear(&directions) && t.level < DEEPEST)
+            if (!directions.are_apart && t.level < DEEPEST)
                 depth = push_children(&t, &of_a, &of_a, stack, depth);
             continue;
         }

@@ -32,7 +32,7 @@ typedef enum co_crossing {
 /* Cones of derivatives and of normals. */
 typedef struct co_directions {
     co_cone u, v, normal;
-    int are_apart; /* no line is parallel to a direction of u and one of v */
+    int are_apart; /* no line is parallel to a direction of u and one of v: the part or patch does not cross itself */
 } co_directions;
 
 typedef struct co_crossing_search {
@@ -44,9 +44,7 @@ typedef struct co_crossing_search {
 
 /* Of n pieces [n][CO_BEZIER]. */
 co_directions co_directions_of(const double *pieces, int n);
-/* Whether directions prove that a part or a whole patch does not cross itself. */
-int co_directions_are_clear(const co_directions *directions);
-/* The same of two that share an edge or a part of one. */
+/* Whether directions prove that two parts or patches that share an edge, or a part of one, do not cross. */
 int co_directions_edge_is_clear(const co_directions *a, const co_directions *b);
 /* Most pairs of parts with overlapping boxes for one pair of pieces, of which more are unresolved if these are few:
  * thoroughly; on the way; where pieces round these two were unresolved already, which are hardly cut. */

@@ -81,7 +81,7 @@ static co_location place_of(const work *w, int32_t patch) {
 /* Whether directions of whole patches prove that they do not cross, or a patch itself. */
 static int are_clear(const work *w, int32_t p, int32_t q) {
     if (p == q)
-        return co_directions_are_clear(&w->directions[p]);
+        return w->directions[p].are_apart;
     const co_location a = place_of(w, p), b = place_of(w, q);
     return co_location_contact(w->search.mesh, &a, &b) == CO_CONTACT_EDGE &&
            co_directions_edge_is_clear(&w->directions[p], &w->directions[q]);
