@@ -11,3 +11,10 @@ int co_has_instruction_set(co_instruction_set set) {
 #endif
     return set == CO_PORTABLE;
 }
+
+co_instruction_set co_best_instruction_set(void) {
+    co_instruction_set set = CO_N_INSTRUCTION_SETS - 1;
+    while (set > CO_PORTABLE && !co_has_instruction_set(set))
+        set--;
+    return set;
+}

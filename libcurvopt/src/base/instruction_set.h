@@ -23,5 +23,7 @@ typedef enum { CO_PORTABLE, CO_AVX2, CO_AVX512, CO_N_INSTRUCTION_SETS } co_instr
 
 /* Whether code for it may run here. */
 int co_has_instruction_set(co_instruction_set set);
+/* The fastest of those. */
+co_instruction_set co_best_instruction_set(void);
 
 #endif

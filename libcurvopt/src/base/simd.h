@@ -12,6 +12,7 @@
 #endif
 
 typedef double lane __attribute__((vector_size(8 * CO_LANES)));
+typedef double unaligned_lane __attribute__((vector_size(8 * CO_LANES), aligned(8))); /* in memory */
 #define CO_SIMD_INLINE static inline __attribute__((always_inline))
 
 CO_SIMD_INLINE lane lane_all(double x) {

@@ -75,7 +75,7 @@ static int32_t allocate_discs(const co_assembly *a, co_sparse_hessian *h, curvop
 
 int32_t co_sparse_hessian_create(const co_assembly *a, const co_dof_map *dofs, const co_couplings *couplings,
                                  co_sparse_hessian *h, curvopt_error *error) {
-    *h = (co_sparse_hessian){.dofs = dofs, .rules_key = NO_RULES};
+    *h = (co_sparse_hessian){.dofs = dofs, .rules_key = NO_RULES, .sums = co_row_sums_of(co_best_instruction_set())};
     int32_t status = co_sparsity_create(&a->patches, dofs, couplings, a->cancel, &h->pattern, error);
     if (status == CURVOPT_OK && !(h->value = CO_NEW(double, h->pattern.n_entries)))
         status = co_status_no_memory(error);
@@ -110,6 +110,7 @@ typedef struct face_matrix {
                                  with all points' (rows) stand together */
     double *sum;              /* [n_points][3][3] work space */
     double *value;            /* entries of the sparse matrix */
+    const co_row_sums *sums;
 } face_matrix;
 
 /* Fills panels [n_own][n_own][3][3] with a face's matrix (lower triangle by rows, with stride `lanes`), times `weight`,
@@ -138,17 +139,10 @@ static void unpack(const co_basis_table *t, const double *matrix, size_t lanes, 
 /* to [n] = sum of weight * from [point][n], or `from` itself where that is the sum. */
 static const double *sum_of_points(const face_matrix *f, size_t vertex, size_t n, const double *from, double *to) {
     const co_stencils *s = f->stencils;
-    size_t e = s->column[vertex], end = s->column[vertex + 1];
+    const size_t e = s->column[vertex], end = s->column[vertex + 1];
     if (end - e == 1 && s->weight[e] == 1 && f->panel[s->point[e]] >= 0)
         return from + n * (size_t)f->panel[s->point[e]];
-    memset(to, 0, n * sizeof *to);
-    for (; e < end; e++) {
-        if (f->panel[s->point[e]] < 0)
-            continue;
-        const double weight = s->weight[e], *x = from + n * (size_t)f->panel[s->point[e]];
-        for (size_t i = 0; i < n; i++)
-            to[i] += weight * x[i];
-    }
+    f->sums->add_up(&(co_row_sum){end - e, s->weight + e, s->point + e, f->panel}, n, from, to);
     return to;
 }
 
@@ -323,7 +317,8 @@ static void scatter_face(const co_assembly *a, co_sparse_hessian *h, int32_t blo
                            .panel = mine->panel,
                            .panels = mine->fold,
                            .sum = mine->fold + 9 * n_own * n_own,
-                           .value = h->value};
+                           .value = h->value,
+                           .sums = h->sums};
     const int32_t *vertex = s->vertex + f.first;
     if (f.n_vertices == 0 || node[vertex[0]] >= mine->end || node[vertex[f.n_vertices - 1]] < mine->begin)
         return;

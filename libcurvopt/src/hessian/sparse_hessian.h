@@ -6,6 +6,7 @@
 #include "constraints/dof_map.h"
 #include "energy/assembly.h"
 #include "hessian/blend_disc_hessian.h"
+#include "hessian/row_sums.h"
 #include "hessian/stencils.h"
 
 /* A symmetric matrix over the variables of a dof_map. */
@@ -23,6 +24,7 @@ typedef struct co_sparse_hessian {
     double *fold;               /* [n_threads][fold_stride] one face's matrix, on its way from points to vertices */
     int32_t *panel;             /* [n_threads][stencils.most_points] places of a face's own points in that matrix */
     size_t fold_stride;
+    const co_row_sums *sums;
     co_blend_disc_hessian discs; /* sums over the faces of wide blends, on their way into `value` */
     double *disc_matrix;         /* matrix of one blend disc over its variables */
     double *before;              /* [3 n_points] points where a step began; made when first needed */

@@ -15,7 +15,6 @@
 #include <string.h>
 
 typedef co_blas_operand operand;
-typedef double unaligned __attribute__((vector_size(8 * CO_LANES), aligned(8))); /* a lane, in memory */
 
 enum {
     VECTORS = 2, /* a tile of sums: 2 vectors by 6 columns, beside 2 vectors of A and an element of B; our matrices' */
@@ -69,7 +68,7 @@ CO_SIMD_INLINE void tile(int vectors, int width, int k, double alpha, const doub
         const double *b_p = b.a + p * b.row, *a_p = a + p * a_column;
         lane x[VECTORS];
         for (int v = 0; v < vectors; v++)
-            x[v] = *(const unaligned *)(a_p + (ptrdiff_t)v * CO_LANES);
+            x[v] = *(const unaligned_lane *)(a_p + (ptrdiff_t)v * CO_LANES);
         for (int j = 0; j < width; j++)
             for (int v = 0; v < vectors; v++)
                 sum[j][v] += x[v] * b_p[j * b.column];
@@ -77,7 +76,7 @@ CO_SIMD_INLINE void tile(int vectors, int width, int k, double alpha, const doub
     if (rows == vectors * CO_LANES && columns == width && (!to.is_lower || to.i >= to.j + columns - 1)) {
         for (int j = 0; j < width; j++)
             for (int v = 0; v < vectors; v++) {
-                unaligned *at = (unaligned *)(to.c + j * to.ld + (ptrdiff_t)v * CO_LANES);
+                unaligned_lane *at = (unaligned_lane *)(to.c + j * to.ld + (ptrdiff_t)v * CO_LANES);
                 *at += alpha * sum[j][v];
             }
         return;
@@ -182,8 +181,8 @@ static double dot(int n, const double *x, const double *y) {
         sum[k] = lane_all(0);
     for (; i + SUMS <= n; i += SUMS)
         for (int k = 0; k < SUMS / CO_LANES; k++)
-            sum[k] += *(const unaligned *)(x + i + (ptrdiff_t)k * CO_LANES) *
-                      *(const unaligned *)(y + i + (ptrdiff_t)k * CO_LANES);
+            sum[k] += *(const unaligned_lane *)(x + i + (ptrdiff_t)k * CO_LANES) *
+                      *(const unaligned_lane *)(y + i + (ptrdiff_t)k * CO_LANES);
     for (int k = 0; k < SUMS; k++)
         total += sum[k / CO_LANES][k % CO_LANES];
     for (; i < n; i++)
@@ -266,12 +265,12 @@ static void solve_strip(int n, const double *l, ptrdiff_t ld, double *b, ptrdiff
         const lane inverse = lane_all(1 / l[j + j * ld]);
         lane at[STRIP / CO_LANES];
         for (int v = 0; v < STRIP / CO_LANES; v++)
-            at[v] = *(const unaligned *)(b + v * CO_LANES + j * ldb);
+            at[v] = *(const unaligned_lane *)(b + v * CO_LANES + j * ldb);
         for (int p = 0; p < j; p++)
             for (int v = 0; v < STRIP / CO_LANES; v++)
-                at[v] -= l[j + p * ld] * *(const unaligned *)(b + v * CO_LANES + p * ldb);
+                at[v] -= l[j + p * ld] * *(const unaligned_lane *)(b + v * CO_LANES + p * ldb);
         for (int v = 0; v < STRIP / CO_LANES; v++)
-            *(unaligned *)(b + v * CO_LANES + j * ldb) = at[v] * inverse;
+            *(unaligned_lane *)(b + v * CO_LANES + j * ldb) = at[v] * inverse;
     }
 }
 

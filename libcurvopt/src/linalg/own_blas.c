@@ -12,10 +12,7 @@ CO_DECLARE_SETS(co_blas_routines, co_blas_routines);
 
 static const co_blas_routines *routines(void) {
     static const co_blas_routines *const sets[CO_N_INSTRUCTION_SETS] = CO_OBJECTS_OF_SETS(co_blas_routines);
-    co_instruction_set set = CO_N_INSTRUCTION_SETS - 1;
-    while (set > CO_PORTABLE && !co_has_instruction_set(set))
-        set--;
-    return sets[set];
+    return sets[co_best_instruction_set()];
 }
 
 static co_blas_operand operand_of(char transposed, const double *a, int ld) {
