@@ -219,6 +219,8 @@ def _verification(found: Verification) -> dict[str, object]:
         "verdict": found.verdict,
         "newton_decrement": found.newton_decrement if math.isfinite(found.newton_decrement) else None,
         "negative_directions": found.negative_directions if found.negative_directions >= 0 else None,
+        **_finite({"touch_rise": found.touch_rise}),
+        "delicate": found.is_delicate,
     }
 
 

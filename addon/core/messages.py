@@ -284,11 +284,24 @@ def verdict_text(
 
 
 def verdict_of(request: Request, solution: Solution) -> str:
-    """The verdict on a run; and where a theorem says that nothing of that topology has less, that, with its source."""
+    """The verdict on a run; whether a touch ends it; and where a theorem says that nothing of that topology has less,
+    that, with its source."""
     text = verdict_text(
         solution.verification, solution.end.objective, solution.symmetry_order, solution.stop, request.strength
     )
-    return f"{text}{_least_text(request, solution)}"
+    return f"{text}{delicacy_text(solution.verification, solution.end.objective)}{_least_text(request, solution)}"
+
+
+def delicacy_text(verification: Verification, energy: float) -> str:
+    """What a touch does to a minimum of this energy that does not bear one; otherwise nothing."""
+    if not verification.is_delicate:
+        return ""
+    rise = verification.touch_rise / energy if energy > 0 else math.inf
+    raised = f"by {100 * rise:.2g} %" if rise < 1 else f"to {1 + rise:.2g} times as much" if rise < math.inf else "far"
+    return (
+        f" It is delicate: with its vertices moved by a thousandth of an edge it rises {raised}, and minimized again "
+        "from there it may end elsewhere."
+    )
 
 
 def _least_text(request: Request, solution: Solution) -> str:

@@ -79,6 +79,8 @@ extern "C" {
 #define CURVOPT_WEIGHT_MAX 1e100
 /* Vertices up to which a result gets a verdict; with more, it is UNKNOWN. */
 #define CURVOPT_MAX_CERTIFIED_VERTICES 50000
+/* Mean edges by which a result's vertices are moved, as far as curvopt_summary.touch_rise says what that does. */
+#define CURVOPT_TOUCH 1e-3
 /* Vertices up to which options.escape leaves a saddle. */
 #define CURVOPT_MAX_ESCAPE_VERTICES 5000
 /* Symmetries of a cage up to which its group is kept; of a larger group none is. */
@@ -1095,6 +1097,13 @@ typedef struct curvopt_summary {
     double spring_energy; /* what springs add to the objective at the result: of weights below 1 of constraints and
                              of what the surface goes through, of a strength below 1, and the barrier of
                              `within`. In no reported energy. 0 without any */
+    double touch_rise;    /* what the result bears: how much objective and springs rise in the mean where each vertex is
+                             moved by CURVOPT_TOUCH mean edges in a random direction, by the Hessian for motion along
+                             the cage's normals. NAN: unknown, as the verdict */
+    int32_t is_delicate;  /* a minimum of which that is more than 5e-3, as of one whose faces are tiny in places:
+                             minimized again after such a touch, it may end elsewhere, lower or higher. Others end where
+                             they were (libcurvopt/notes/68-a-start-that-stands.md) */
+    int32_t reserved;     /* 0 */
 } curvopt_summary;
 
 /* The first level of a run at which a vertex may move: mostly 1; more where options.boundary, creases, pins and

@@ -92,6 +92,16 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
     print_number("Gauss-Bonnet defect", e->gauss_bonnet_defect, 0);
 }
 
+/* What a touch does, where the result is not one that bears it. */
+static void print_delicacy(const json_report *r) {
+    const double rise = r->summary->touch_rise / (r->energies->objective + r->summary->spring_energy);
+    if (!r->summary->is_delicate)
+        return;
+    printf("; delicate: with its vertices moved by a thousandth of an edge it rises ");
+    printf(rise < 1 ? "by %.2g %%" : "to %.2g times as much", rise < 1 ? 100 * rise : 1 + rise);
+    printf(", and minimized again from there it may end elsewhere");
+}
+
 /* A verdict looks at shapes that keep the symmetries; --verify at all shapes, if they are few enough to count. */
 static void print_verdict(const curvopt_summary *s, int was_verified) {
     int leads_down = s->free_negative_directions;
@@ -131,6 +141,7 @@ static void print_run(const json_report *r, const curvopt_options *options) {
     printf("%s: %.10g -> %.10g in %.2f s, %s (", r->energy, r->start->objective, r->energies->objective, s->seconds,
            curvopt_stop_text(s->stop));
     print_verdict(s, options->verify);
+    print_delicacy(r);
     printf("%s)\n", s->n_touching ? "; held by contact" : "");
     if (s->n_sliding)
         printf(

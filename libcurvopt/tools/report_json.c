@@ -61,7 +61,9 @@ static void put_verification(FILE *f, const curvopt_summary *s) {
     put_number(f, "difference_decrement", s->difference_decrement, ", ");
     put_count(f, "negative_directions", s->negative_directions, ", ");
     put_count(f, "all_negative_directions", s->all_negative_directions, ", ");
-    put_count(f, "free_negative_directions", s->free_negative_directions, "},\n");
+    put_count(f, "free_negative_directions", s->free_negative_directions, ", ");
+    put_number(f, "touch_rise", s->touch_rise, ", ");
+    fprintf(f, "\"delicate\": %s},\n", s->is_delicate ? "true" : "false");
 }
 
 static void put_levels(FILE *f, const json_report *r) {

@@ -180,7 +180,7 @@ AT(curvopt_crossings, n_listed, 12);
 AT(curvopt_crossings, is_complete, 16);
 AT(curvopt_crossings, reserved, 20);
 
-SIZE(curvopt_summary, 232);
+SIZE(curvopt_summary, 248);
 AT(curvopt_summary, seconds, 0);
 AT(curvopt_summary, newton_decrement, 8);
 AT(curvopt_summary, shape_decrement, 16);
@@ -209,6 +209,9 @@ AT(curvopt_summary, n_crossing_before, 212);
 AT(curvopt_summary, n_refused, 216);
 AT(curvopt_summary, n_unfolded, 220);
 AT(curvopt_summary, spring_energy, 224);
+AT(curvopt_summary, touch_rise, 232);
+AT(curvopt_summary, is_delicate, 240);
+AT(curvopt_summary, reserved, 244);
 
 SIZE(curvopt_creases, 48);
 AT(curvopt_creases, crease_vertices, 0);

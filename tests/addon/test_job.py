@@ -370,6 +370,16 @@ def test_verdicts_are_written_for_people(verdict, decrement, directions, text):
     assert messages.verdict_text(library.Verification(verdict, decrement, directions), 100.0) == text
 
 
+@pytest.mark.parametrize("rise, energy, raised", [(25, 100.0, "by 25 %"), (250, 100.0, "to 3.5 times as much"), (1, 0.0, "far")])
+def test_what_a_touch_does_is_said_where_a_minimum_does_not_bear_it(rise, energy, raised):
+    delicate = library.Verification("minimum", 1e-9, 0, rise, True)
+    assert messages.delicacy_text(delicate, energy) == (
+        f" It is delicate: with its vertices moved by a thousandth of an edge it rises {raised}, and minimized again from "
+        "there it may end elsewhere."
+    )
+    assert messages.delicacy_text(dataclasses.replace(delicate, is_delicate=False), energy) == ""
+
+
 # ------------------------------------------------------------------------------------- where nothing may move --
 
 

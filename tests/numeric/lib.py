@@ -146,7 +146,8 @@ class Summary(C.Structure):
         ("n_held", I32), ("n_left_out", I32), ("curve_deviation", F64), ("n_sliding", I32), ("n_folded", I32),
         ("multiplier", F64 * MAX_SCALARS), ("scalar_residual", F64 * MAX_SCALARS),
         ("discretization_error", F64), ("clearance", F64), ("n_touching", I32), ("n_crossing_before", I32),
-        ("n_refused", I32), ("n_unfolded", I32), ("spring_energy", F64)]
+        ("n_refused", I32), ("n_unfolded", I32), ("spring_energy", F64),
+        ("touch_rise", F64), ("is_delicate", I32), ("reserved", I32)]
 
 
 class Deviation(C.Structure):

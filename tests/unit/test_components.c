@@ -153,10 +153,13 @@ static void test_summaries_add_up(void **state) {
     (void)state;
     curvopt_summary a = {.verdict = CURVOPT_VERDICT_MINIMUM,
                          .shape_decrement = 1,
+                         .touch_rise = 3,
+                         .is_delicate = 1,
                          .multiplier = {0, 6},
                          .symmetry_order = 4},
                     b = {.verdict = CURVOPT_VERDICT_SADDLE,
                          .shape_decrement = 2,
+                         .touch_rise = 0.5,
                          .negative_directions = 3,
                          .multiplier = {5},
                          .scalar_residual = {-1e-9},
@@ -171,6 +174,8 @@ static void test_summaries_add_up(void **state) {
     co_component_figures_report(parts, 2, &report);
     CHECK_INT(all.verdict, CURVOPT_VERDICT_SADDLE);
     CHECK_NEAR(all.shape_decrement, 5, 0);
+    CHECK_NEAR(all.touch_rise, 4, 0);
+    CHECK_INT(all.is_delicate, 1);
     CHECK_INT(all.negative_directions, 6);
     CHECK_INT(all.symmetry_order, 4);
     CHECK_INT(all.n_held, 7);

@@ -246,7 +246,8 @@ class CSummary(C.Structure):
         ("discretization_error", C.c_double),
         ("clearance", C.c_double),
         *((name, C.c_int32) for name in "n_touching n_crossing_before n_refused n_unfolded".split()),
-        ("spring_energy", C.c_double),
+        *((name, C.c_double) for name in "spring_energy touch_rise".split()),
+        *((name, C.c_int32) for name in "is_delicate reserved".split()),
     ]
 
 
@@ -277,7 +278,7 @@ STRUCT_SIZES = {
     CEnergies: 224,
     CProgress: 120,
     CLevelReport: 48,
-    CSummary: 232,
+    CSummary: 248,
     CDeviation: 80,
     CCrossings: 24,
 }

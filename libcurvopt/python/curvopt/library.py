@@ -274,7 +274,8 @@ def _summary(
 ) -> Summary:
     return Summary(
         Energies.from_c(start), Energies.from_c(end), raw.seconds, STOPS[raw.stop],
-        Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions),
+        Verification(VERDICTS[raw.verdict], raw.newton_decrement, raw.negative_directions, raw.touch_rise,
+                     bool(raw.is_delicate)),
         raw.n_levels, raw.n_vertices, raw.n_faces, raw.symmetry_order,
         raw.free_negative_directions, raw.all_negative_directions, raw.n_sliding,
         dict(zip(SCALARS, raw.multiplier)), dict(zip(SCALARS, raw.scalar_residual)), raw.discretization_error,

@@ -81,6 +81,7 @@ int32_t co_certificate_check_shape(co_level *l, int differences, co_certificate_
     int32_t status = co_newton_decrement_factorize(&l->hessian, &l->now, 1, &positive, error);
     if (status != CURVOPT_OK)
         return status;
+    out->touch_rise = co_level_hessian_touch_rise(&l->hessian);
     out->decrement = out->difference_decrement = (double)NAN;
     l->hessian.has_factor = positive;
     if (!positive)

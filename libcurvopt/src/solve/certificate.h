@@ -20,6 +20,7 @@ typedef struct co_certificate_shape {
      * where that meets a negative direction, or was not asked for. */
     double difference_decrement;
     int32_t negative_directions; /* -1 if they cannot be counted */
+    double touch_rise;           /* as curvopt_summary's */
 } co_certificate_shape;
 
 /* A level of motion along the normals of the cage xyz [3 n_vertices], in the user's units, with this symmetry kept; by

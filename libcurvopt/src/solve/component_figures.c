@@ -109,6 +109,7 @@ static void add_decrements(const co_component_part *part, curvopt_summary *out) 
     out->shape_decrement += part->times * s->shape_decrement;
     out->difference_decrement += part->times * s->difference_decrement;
     out->spring_energy += part->times * s->spring_energy;
+    out->touch_rise += part->times * s->touch_rise;
 }
 
 /* -1: not counted. */
@@ -121,6 +122,7 @@ static void add_counts(const co_component_part *part, curvopt_summary *out) {
     add_count(part->times, s->negative_directions, &out->negative_directions);
     add_count(part->times, s->all_negative_directions, &out->all_negative_directions);
     add_count(part->times, s->free_negative_directions, &out->free_negative_directions);
+    out->is_delicate |= s->is_delicate;
     out->n_sliding += part->times * s->n_sliding;
     out->n_folded += part->times * s->n_folded;
     out->n_unfolded += part->times * s->n_unfolded;
@@ -141,8 +143,9 @@ void co_component_figures_summary(const co_component_part *parts, int32_t n, cur
     out->verdict = CURVOPT_VERDICT_MINIMUM;
     out->symmetry_order = 1;
     out->newton_decrement = out->shape_decrement = out->difference_decrement = out->spring_energy = 0;
+    out->touch_rise = 0;
     out->negative_directions = out->all_negative_directions = out->free_negative_directions = 0;
-    out->n_sliding = out->n_folded = out->n_unfolded = 0;
+    out->is_delicate = out->n_sliding = out->n_folded = out->n_unfolded = 0;
     for (int k = 0; k < CURVOPT_N_SCALARS; k++)
         out->multiplier[k] = 0;
     for (int32_t k = 0; k < n; k++) {

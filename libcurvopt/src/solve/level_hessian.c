@@ -145,6 +145,21 @@ static int32_t damp_strains(co_level_hessian *h, double least, curvopt_error *er
     return co_strain_metric(&edges, co_level_objective_cage(o), o->edge, &h->system.hessian, h->metric, error);
 }
 
+/* In the mean half of the matrix's trace times what a random direction has along each axis, CURVOPT_TOUCH^2 / 3 of a
+ * mean edge. The vertices of a node share its variables. */
+double co_level_hessian_touch_rise(const co_level_hessian *h) {
+    const co_sparse_hessian *m = &h->system.hessian;
+    const co_dof_map *r = m->dofs;
+    const double touch = CURVOPT_TOUCH * h->objective->edge;
+    double trace = 0;
+    for (int32_t node = 0; node < r->n_nodes; node++) {
+        const double vertices = r->stretch ? 1 / (r->stretch[node] * r->stretch[node]) : 1;
+        for (int32_t k = r->first[node]; k < r->first[node + 1]; k++)
+            trace += vertices * m->value[m->pattern.column_start[k]];
+    }
+    return 0.5 * touch * touch / 3 * trace;
+}
+
 int32_t co_level_hessian_update(co_level_hessian *h, const co_iterate *now, double step_excess, int by_hessian,
                                 curvopt_error *error) {
     double least = co_level_hessian_least_shift(h, now->value);

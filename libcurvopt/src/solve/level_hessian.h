@@ -24,6 +24,9 @@ void co_level_hessian_free(co_level_hessian *hessian);
  * curvature below it counts as none. */
 double co_level_hessian_least_shift(const co_level_hessian *hessian, double value);
 
+/* How much the function rises in the mean, by the matrix that was assembled last, where each vertex that it moves is
+ * moved by CURVOPT_TOUCH mean edges in a random direction; of motion along normals, by what of that is along them. */
+double co_level_hessian_touch_rise(const co_level_hessian *hessian);
 /* For L-BFGS: the Gauss-Newton matrix at `now`, or the Hessian by coarser rules, shifted (Levenberg 1944, Marquardt
  * 1963), by a multiple of the metric of strains, and the least shift besides. The multiple is no less than that, so
  * that what the matrix does not see (sliding in the surface) is not infinitely soft, and as much more as keeps steps

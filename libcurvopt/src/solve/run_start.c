@@ -317,6 +317,7 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
     r->result->summary.newton_decrement = (double)NAN;
     r->result->summary.shape_decrement = (double)NAN;
     r->result->summary.difference_decrement = (double)NAN;
+    r->result->summary.touch_rise = (double)NAN;
     r->result->summary.clearance = (double)NAN;
     r->result->summary.negative_directions = -1;
     r->result->summary.all_negative_directions = -1;

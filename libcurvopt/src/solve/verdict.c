@@ -77,6 +77,10 @@ int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error 
                                                            summary->newton_decrement, &shape);
     if (misses_numbers(r))
         summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
+    summary->touch_rise = shape.touch_rise;
+    summary->is_delicate =
+        summary->verdict == CURVOPT_VERDICT_MINIMUM && !is_flat(r) &&
+        !(shape.touch_rise <= r->context.tuning->delicate_rise * fabs(r->at.energies.objective + r->at.penalty));
     return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
 

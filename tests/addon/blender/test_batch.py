@@ -13,7 +13,7 @@ import pytest
 import shapes
 from mathutils import Vector
 
-VERIFICATION = {"verdict", "newton_decrement", "negative_directions"}  # as the command line's
+VERIFICATION = {"verdict", "newton_decrement", "negative_directions", "touch_rise", "delicate"}  # as the command line's
 QUICK_PICTURE = ["--size", "240x120", "--samples", "4"]
 
 
