@@ -157,7 +157,7 @@ class Verification:
     """What the Hessian says of a result: the verdict, of abi.VERDICTS; the Newton decrement, NAN if unknown; the
     number of negative directions, -1 if there are some but not counted, or if nothing is known. `touch_rise`: how much
     objective and springs rise in the mean where each vertex is moved by a thousandth of a mean edge in a random
-    direction, NAN if unknown; `is_delicate`: a minimum of which that is more than 5e-3, so that, minimized again
+    direction, NAN if unknown; `is_delicate`: a minimum of which that is more than 2e-3, so that, minimized again
     after such a touch, it may end elsewhere."""
 
     verdict: str

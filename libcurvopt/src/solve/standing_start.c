@@ -21,6 +21,16 @@ static int32_t step_of(co_level *l, double *length, curvopt_error *error) {
     return status;
 }
 
+/* What a first step over everything brings at most where a cage stands, in parts of the energy. One that a touch raises
+ * by no more than that may have been raised by many times its mean, in a single place. */
+static double most_gain(const co_level *all) {
+    const co_tuning *t = all->objective.run->tuning;
+    if (!all->hessian.has_factor)
+        return t->standing_gain;
+    const double rise = co_level_hessian_touch_rise(&all->hessian) / fabs(all->now.value);
+    return rise <= t->standing_gain ? fmax(t->standing_gain, t->standing_touches * rise) : t->standing_gain;
+}
+
 int32_t co_standing_start_look(co_level *all, const co_symmetry *symmetry, const co_constraints *constraints,
                                const double *start, int *stands, curvopt_error *error) {
     const co_run_context *run = all->objective.run;
@@ -28,7 +38,7 @@ int32_t co_standing_start_look(co_level *all, const co_symmetry *symmetry, const
     double gain, length = (double)INFINITY;
     *stands = 0;
     int32_t status = co_level_first_gain(all, &gain, error);
-    if (status != CURVOPT_OK || !(gain <= run->tuning->standing_gain))
+    if (status != CURVOPT_OK || !(gain <= most_gain(all)))
         return status;
     status = co_level_create(run, all->objective.mesh, symmetry, constraints, CO_MOTION_NORMALS, start, all->number, &l,
                              error);
