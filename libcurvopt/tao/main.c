@@ -76,6 +76,7 @@ static PetscErrorCode solve(program *p, int *refused) {
     PetscFunctionBeginUser;
     *r = (run){.comm = p->comm, .options = o, .quiet = p->args.quiet, .started = level_now()};
     *s = (curvopt_summary){.newton_decrement = (double)NAN,
+                           .touch_rise = (double)NAN,
                            .shape_decrement = (double)NAN,
                            .difference_decrement = (double)NAN,
                            .discretization_error = (double)NAN,

@@ -94,7 +94,7 @@ static void print_energies(const curvopt_mesh_info *info, const curvopt_energies
 
 /* What a touch does, where the result is not one that bears it. */
 static void print_delicacy(const json_report *r) {
-    const double rise = r->summary->touch_rise / (r->energies->objective + r->summary->spring_energy);
+    const double rise = r->summary->touch_rise / fabs(r->energies->objective + r->summary->spring_energy);
     if (!r->summary->is_delicate)
         return;
     printf("; delicate: with its vertices moved by a thousandth of an edge it rises ");

@@ -275,17 +275,21 @@ def spoken_verdict(name: str, *arguments: str) -> str:
     return run.stdout.splitlines()[0].partition(", ")[2]
 
 
+DELICATE = "; delicate: with its vertices moved by a thousandth of an edge it rises by 0.38 %, and minimized again from " \
+           "there it may end elsewhere"
+
+
 def test_the_command_line_says_which_shapes_a_minimum_is_among():
     kept = "--symmetry", "keep"
     minimum = "converged (by its Hessian: minimum"
-    assert spoken_verdict("sphere_cube", *kept) == f"{minimum} among shapes with its 48 symmetries; --verify looks at all)"
+    assert spoken_verdict("sphere_cube", *kept) == f"{minimum} among shapes with its 48 symmetries; --verify looks at all{DELICATE})"
     assert spoken_verdict("cubical_g5", *kept, "--verify") == f"{minimum}, also without its 48 symmetries)"
     assert spoken_verdict("branch_open", "--symmetry", "none") == f"{minimum})"
     result = lib.minimize(cage("sphere_cube"), "mvs", levels=1, symmetry=KEEP, verify=1)
     directions = result.summary.free_negative_directions
     assert directions > 1
     assert spoken_verdict("sphere_cube", *kept, "--verify") == (
-        f"{minimum} among shapes with its 48 symmetries; {directions} directions without them lead down)")
+        f"{minimum} among shapes with its 48 symmetries; {directions} directions without them lead down{DELICATE})")
 
 
 # ------------------------------------------------------------------------------------------------- symmetry --
