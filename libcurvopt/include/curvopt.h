@@ -1101,8 +1101,9 @@ typedef struct curvopt_summary {
                              moved by CURVOPT_TOUCH mean edges in a random direction, by the Hessian for motion along
                              the cage's normals. NAN: unknown, as the verdict */
     int32_t is_delicate;  /* a minimum of which that is more than 2e-3, as of one whose faces are tiny in places:
-                             minimized again after such a touch, it may end elsewhere, lower or higher. Others end where
-                             they were (libcurvopt/notes/68-a-start-that-stands.md) */
+                             minimized again after such a touch, it may end elsewhere, lower or higher; of 132
+                             results that chose nothing no other one fell. Of several pieces: whether one of them is
+                             (libcurvopt/notes/68-a-start-that-stands.md) */
     int32_t reserved;     /* 0 */
 } curvopt_summary;
 

@@ -175,7 +175,7 @@ static void test_summaries_add_up(void **state) {
     CHECK_INT(all.verdict, CURVOPT_VERDICT_SADDLE);
     CHECK_NEAR(all.shape_decrement, 5, 0);
     CHECK_NEAR(all.touch_rise, 4, 0);
-    CHECK_INT(all.is_delicate, 1);
+    CHECK_INT(all.is_delicate, 0); /* no minimum */
     CHECK_INT(all.negative_directions, 6);
     CHECK_INT(all.symmetry_order, 4);
     CHECK_INT(all.n_held, 7);
@@ -183,6 +183,9 @@ static void test_summaries_add_up(void **state) {
     CHECK_NEAR(all.scalar_residual[0], -1e-9, 0);
     CHECK_INT(report.stop, CURVOPT_STOP_LIMIT);
     CHECK_NEAR(report.gradient_norm, sqrt(12 * 12 + 2 * 16 * 16) / 11, 1e-14);
+    b.verdict = CURVOPT_VERDICT_MINIMUM;
+    co_component_figures_summary(parts, 2, &all);
+    CHECK_INT(all.is_delicate, 1);
     b.verdict = CURVOPT_VERDICT_UNKNOWN;
     b.negative_directions = -1;
     b.shape_decrement = (double)NAN;

@@ -110,7 +110,8 @@
     /* A start that stands: solve/standing_start.c. */                                                                 \
     X(double, standing_step, 0.05, 0, 1, "mean edges", "a shorter step along normals: it is a minimum already", "68")  \
     X(double, standing_gain, 0.1, 0, 1, "of the energy", "what a first step over everything brings at most", "68")     \
-    X(double, standing_touches, 100, 0, 1e6, "touches", "or so much of what a touch raises, if that is no more", "68") \
+    X(double, standing_touches, 100, 0, 1e6, "touches", "or so many times what a touch raises, if that is no more",    \
+      "68")                                                                                                            \
     X(double, delicate_rise, 2e-3, 0, 1, "of the energy", "a minimum that a touch raises by more may end elsewhere",   \
       "68")                                                                                                            \
     /* A solver that stays: solve/live.c, solve/level_response.c. */                                                   \

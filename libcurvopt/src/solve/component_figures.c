@@ -160,4 +160,5 @@ void co_component_figures_summary(const co_component_part *parts, int32_t n, cur
         add_counts(&parts[k], out);
         add_scalars(&parts[k], out);
     }
+    out->is_delicate &= out->verdict == CURVOPT_VERDICT_MINIMUM;
 }

@@ -315,12 +315,7 @@ int32_t co_live_set_positions(curvopt_solver *s, const double *xyz, curvopt_erro
 
 /* What is not known of a solution that has not been looked at. */
 static void clear_figures(co_run *r) {
-    curvopt_summary *summary = &r->result->summary;
-    summary->newton_decrement = summary->shape_decrement = summary->difference_decrement = (double)NAN;
-    summary->touch_rise = (double)NAN;
-    summary->is_delicate = 0;
-    summary->negative_directions = summary->all_negative_directions = summary->free_negative_directions = -1;
-    summary->verdict = CURVOPT_VERDICT_UNKNOWN;
+    co_run_forget_verdict(&r->result->summary);
     r->at.report = (curvopt_level_report){.level = 1,
                                           .n_vertices = r->result->mesh->info.n_vertices,
                                           .energy = (double)NAN,

@@ -102,11 +102,7 @@ static int has_lost(const co_run *r) {
 
 /* What the summary says of where the run ended is not known of another place. */
 static void forget_end(curvopt_summary *summary) {
-    summary->newton_decrement = summary->shape_decrement = summary->difference_decrement = (double)NAN;
-    summary->touch_rise = (double)NAN;
-    summary->is_delicate = 0;
-    summary->verdict = CURVOPT_VERDICT_UNKNOWN;
-    summary->negative_directions = summary->all_negative_directions = summary->free_negative_directions = -1;
+    co_run_forget_verdict(summary);
     summary->discretization_error = (double)NAN;
     summary->clearance = (double)NAN;
     summary->n_touching = 0;

@@ -307,6 +307,14 @@ static int32_t find_structure(co_run *r, const curvopt_mesh *mesh, const double 
     return co_run_find_symmetry(r, mesh, r->at.start, error);
 }
 
+void co_run_forget_verdict(curvopt_summary *s) {
+    s->verdict = CURVOPT_VERDICT_UNKNOWN;
+    s->newton_decrement = s->shape_decrement = s->difference_decrement = (double)NAN;
+    s->negative_directions = s->all_negative_directions = s->free_negative_directions = -1;
+    s->touch_rise = (double)NAN;
+    s->is_delicate = 0;
+}
+
 int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, curvopt_error *error) {
     size_t n = 3 * (size_t)mesh->info.n_vertices;
     r->result = CO_NEW(curvopt_result, 1);
@@ -314,14 +322,8 @@ int32_t co_run_start(co_run *r, const curvopt_mesh *mesh, const double *xyz, cur
     r->at.start = CO_NEW(double, n);
     if (!r->result || !r->at.xyz || !r->at.start)
         return co_status_no_memory(error);
-    r->result->summary.newton_decrement = (double)NAN;
-    r->result->summary.shape_decrement = (double)NAN;
-    r->result->summary.difference_decrement = (double)NAN;
-    r->result->summary.touch_rise = (double)NAN;
+    co_run_forget_verdict(&r->result->summary);
     r->result->summary.clearance = (double)NAN;
-    r->result->summary.negative_directions = -1;
-    r->result->summary.all_negative_directions = -1;
-    r->result->summary.free_negative_directions = -1;
     r->result->level = CO_NEW(curvopt_level_report, r->context.options->levels);
     if (!r->result->level)
         return co_status_no_memory(error);

@@ -24,5 +24,7 @@ int32_t co_run_evaluate(co_run *run, curvopt_energies *out, curvopt_error *error
 /* Where the result's half discs (blend_disc_half.h) are not those that the level began with, its figures are taken
  * again: they are to be those of the cage that the caller gets. As curvopt_minimize. */
 int32_t co_run_report_end(co_run *run, const co_level *level, curvopt_error *error);
+/* What the summary says by Hessians is not known. */
+void co_run_forget_verdict(curvopt_summary *summary);
 
 #endif

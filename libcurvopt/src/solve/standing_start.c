@@ -21,8 +21,8 @@ static int32_t step_of(co_level *l, double *length, curvopt_error *error) {
     return status;
 }
 
-/* What a first step over everything brings at most where a cage stands, in parts of the energy. One that a touch raises
- * by no more than that may have been raised by many times its mean, in a single place. */
+/* What a first step over everything brings at most where a cage stands, in parts of the energy. One touch may raise
+ * that by many times the mean of touches, in a single place. */
 static double most_gain(const co_level *all) {
     const co_tuning *t = all->objective.run->tuning;
     if (!all->hessian.has_factor)

@@ -72,15 +72,14 @@ int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error 
     summary->shape_decrement = shape.decrement;
     summary->difference_decrement = shape.difference_decrement;
     summary->negative_directions = shape.negative_directions;
+    const double value = r->at.energies.objective + r->at.penalty;
     summary->verdict = is_flat(r) ? CURVOPT_VERDICT_MINIMUM
-                                  : co_certificate_verdict(r->context.tuning, r->at.energies.objective + r->at.penalty,
-                                                           summary->newton_decrement, &shape);
+                                  : co_certificate_verdict(r->context.tuning, value, summary->newton_decrement, &shape);
     if (misses_numbers(r))
         summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
     summary->touch_rise = shape.touch_rise;
-    summary->is_delicate =
-        summary->verdict == CURVOPT_VERDICT_MINIMUM && !is_flat(r) &&
-        !(shape.touch_rise <= r->context.tuning->delicate_rise * fabs(r->at.energies.objective + r->at.penalty));
+    summary->is_delicate = summary->verdict == CURVOPT_VERDICT_MINIMUM && !is_flat(r) &&
+                           !(shape.touch_rise <= r->context.tuning->delicate_rise * fabs(value));
     return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
 
