@@ -5,16 +5,30 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+/* A run takes and gives back blocks of many megabytes again and again. What the process has once got it keeps, for the
+ * system clears pages anew each time it gives them (notes/94-where-the-time-goes.md). Advice: it may fail. */
+static void keep_memory(void) {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, INT_MAX);
+#endif
+}
 
 int platform_start(int *argc, char ***argv) {
     (void)argc;
     (void)argv;
+    keep_memory();
 #ifdef SIGXFSZ /* a file that may not grow is then an error of writing, and nothing of it is left */
     signal(SIGXFSZ, SIG_IGN);
 #endif

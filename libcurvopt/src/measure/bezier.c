@@ -8,22 +8,22 @@
 #include <math.h>
 #include <string.h>
 
-/* Four points `step` numbers apart from a cubic B-spline's to the Bezier points. */
-static void line_from_bspline(const double *in, int step, double *out) {
-    const double a = in[0], b = in[step], c = in[2 * step], d = in[3 * step];
-    out[0] = (a + 4 * b + c) / 6;
-    out[step] = (2 * b + c) / 3;
-    out[2 * step] = (b + 2 * c) / 3;
-    out[3 * step] = (b + 4 * c + d) / 6;
+/* Rows of four points, `n` numbers in a row side by side, from a cubic B-spline's to the Bezier points. */
+static void rows_from_bspline(const double *in, int n, double *restrict out) {
+    for (int k = 0; k < n; k++) {
+        const double a = in[k], b = in[n + k], c = in[2 * n + k], d = in[3 * n + k];
+        out[k] = (a + 4 * b + c) / 6;
+        out[n + k] = (2 * b + c) / 3;
+        out[2 * n + k] = (b + 2 * c) / 3;
+        out[3 * n + k] = (b + 4 * c + d) / 6;
+    }
 }
 
 void co_bezier_from_bspline(const double spline[CO_BEZIER], double out[CO_BEZIER]) {
     double rows[CO_BEZIER];
-    for (int j = 0; j < 4; j++)
-        for (int c = 0; c < 3; c++)
-            line_from_bspline(spline + 12 * j + c, 3, rows + 12 * j + c);
-    for (int i = 0; i < 12; i++)
-        line_from_bspline(rows + i, 12, out + i);
+    rows_from_bspline(spline, 12, rows);
+    for (size_t j = 0; j < 4; j++)
+        rows_from_bspline(rows + 12 * j, 3, out + 12 * j);
 }
 
 /* Bernstein's polynomials of degree 3 and their derivatives. */

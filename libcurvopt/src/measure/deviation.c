@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A part of one surface that may be far from the other one. */
 typedef struct item {
@@ -19,6 +20,7 @@ typedef struct item {
     int32_t hint;    /* part of the other surface where the nearest point was */
     int32_t of;      /* 0, 1: the surface that it is part of */
     int32_t n_steps; /* of Newton's method that its bound took */
+    int32_t group;   /* node of the surface's tree: `piece` stands for all patches there; -1: for itself */
 } item;
 
 typedef struct search {
@@ -99,18 +101,77 @@ static void bound_part(const search *s, item *it) {
     }
 }
 
+/* A group's bound is by the point that stands for it: a tip, or a piece's middle. */
+static void bound_group(const search *s, item *it) {
+    const co_nearest *own = &s->surface[it->of];
+    const co_surface_pieces *pieces = own->pieces;
+    const co_box_node *node = &own->tree.node[it->group];
+    co_surface_point near;
+    double x[3], square = 0, tips = 0;
+    if (it->piece < 0)
+        memcpy(x, pieces->tip[pieces->tip_of[-1 - it->piece]].at, sizeof x);
+    else
+        co_bezier_point(co_pieces_bezier(pieces, it->piece), 0.5, 0.5, x);
+    co_nearest_find(&s->surface[!it->of], x, it->hint, &near);
+    it->lower = near.distance;
+    it->hint = near.part;
+    it->n_steps = near.n_steps;
+    for (int c = 0; c < 3; c++) {
+        const double far = fmax(x[c] - node->box.low[c], node->box.high[c] - x[c]);
+        square += far * far;
+    }
+    for (int32_t k = node->begin; k < node->end; k++) {
+        const int32_t tip = pieces->tip_of[own->tree.order[k]];
+        tips = fmax(tips, tip < 0 ? 0 : pieces->tip[tip].radius);
+    }
+    it->upper = near.distance + sqrt(square) + tips;
+}
+
 /* Items that are left out when it is cancelled keep the bound of what they were cut from. */
 static void bound_items(void *context, size_t begin, size_t end) {
     const search *s = context;
     for (size_t k = begin; k < end && !co_cancel_is_requested(s->cancel); k++)
-        if (s->now[k].piece < 0)
+        if (s->now[k].group >= 0)
+            bound_group(s, &s->now[k]);
+        else if (s->now[k].piece < 0)
             bound_tip(s, &s->now[k]);
         else
             bound_part(s, &s->now[k]);
 }
 
-/* Children of an item, four at most; 0: it cannot be cut. */
-static int cut(const co_surface_pieces *own, const item *it, item child[4]) {
+/* Where to look first for what is nearest to a patch: a part of the patch at the same place in the other list, which is
+ * the same one moved where both cages have the same faces, or one was subdivided. */
+static int32_t first_hint(const co_nearest *own, const co_nearest *other, int32_t patch) {
+    const int64_t n = own->pieces->patches.n_patches, n_other = other->pieces->patches.n_patches;
+    return other->first[patch * n_other / n];
+}
+
+static item item_of_patch(const search *s, int32_t of, int32_t patch) {
+    const co_surface_pieces *own = s->surface[of].pieces;
+    return (item){.upper = INFINITY,
+                  .side = 1,
+                  .piece = own->tip_of[patch] < 0 ? own->first[patch] : -1 - patch,
+                  .hint = first_hint(&s->surface[of], &s->surface[!of], patch),
+                  .of = of,
+                  .group = -1};
+}
+
+/* An item's children, of which there may be as many. */
+static int32_t most_children(const search *s, const item *it) {
+    const co_box_node *node = it->group < 0 ? NULL : &s->surface[it->of].tree.node[it->group];
+    return node ? node->end - node->begin : 4;
+}
+
+/* Children of an item; 0: it cannot be cut. */
+static int32_t cut(const search *s, const item *it, item *child) {
+    const co_nearest *surface = &s->surface[it->of];
+    const co_surface_pieces *own = surface->pieces;
+    if (it->group >= 0) {
+        const co_box_node *node = &surface->tree.node[it->group];
+        for (int32_t k = node->begin; k < node->end; k++)
+            child[k - node->begin] = item_of_patch(s, it->of, surface->tree.order[k]);
+        return node->end - node->begin;
+    }
     for (int k = 0; k < 4; k++)
         child[k] = *it;
     if (it->piece >= 0) {
@@ -130,35 +191,43 @@ static int cut(const co_surface_pieces *own, const item *it, item child[4]) {
     return 4;
 }
 
-/* Where to look first for what is nearest to a patch: a part of the patch at the same place in the other list, which is
- * the same one moved where both cages have the same faces, or one was subdivided. */
-static int32_t first_hint(const co_nearest *own, const co_nearest *other, int32_t patch) {
-    const int64_t n = own->pieces->patches.n_patches, n_other = other->pieces->patches.n_patches;
-    return other->first[patch * n_other / n];
+static int32_t make_room(search *s, curvopt_error *error) {
+    s->now =
+        CO_NEW(item, (size_t)s->surface[0].pieces->patches.n_patches + (size_t)s->surface[1].pieces->patches.n_patches);
+    return s->now ? CURVOPT_OK : co_status_no_memory(error);
 }
 
 /* Every stride-th patch of both surfaces. */
 static int32_t start(search *s, int32_t stride, curvopt_error *error) {
-    s->now =
-        CO_NEW(item, (size_t)s->surface[0].pieces->patches.n_patches + (size_t)s->surface[1].pieces->patches.n_patches);
-    if (!s->now)
-        return co_status_no_memory(error);
-    for (int32_t of = 0; of < 2; of++) {
-        const co_surface_pieces *own = s->surface[of].pieces;
-        for (int32_t patch = 0; patch < own->patches.n_patches; patch += stride)
-            s->now[s->n_now++] = (item){.upper = INFINITY,
-                                        .side = 1,
-                                        .piece = own->tip_of[patch] < 0 ? own->first[patch] : -1 - patch,
-                                        .hint = first_hint(&s->surface[of], &s->surface[!of], patch),
-                                        .of = of};
+    const int32_t status = make_room(s, error);
+    for (int32_t of = 0; status == CURVOPT_OK && of < 2; of++)
+        for (int32_t patch = 0; patch < s->surface[of].pieces->patches.n_patches; patch += stride)
+            s->now[s->n_now++] = item_of_patch(s, of, patch);
+    return status;
+}
+
+/* The patches of both surfaces in groups of `most`, more than a leaf of their trees, or fewer. */
+static int32_t start_with_groups(search *s, int32_t most, curvopt_error *error) {
+    const int32_t status = make_room(s, error);
+    for (int32_t of = 0; status == CURVOPT_OK && of < 2; of++) {
+        const co_box_tree *tree = &s->surface[of].tree;
+        int32_t done = 0; /* nodes follow their parents */
+        for (int32_t k = 0; k < tree->n_nodes; k++) {
+            const co_box_node *node = &tree->node[k];
+            if (node->end <= done || node->end - node->begin > most)
+                continue;
+            s->now[s->n_now] = item_of_patch(s, of, tree->order[node->begin + (node->end - node->begin) / 2]);
+            s->now[s->n_now++].group = k;
+            done = node->end;
+        }
     }
-    return CURVOPT_OK;
+    return status;
 }
 
 /* Takes over the largest distance of the present items, and whose it is; and their work. */
 static void take_largest(search *s, co_deviation *out) {
-    out->n_parts += s->n_now;
     for (size_t k = 0; k < s->n_now; k++) {
+        out->n_parts += s->now[k].group < 0;
         out->n_steps += (size_t)s->now[k].n_steps;
         if (s->now[k].lower > out->max) {
             out->max = s->now[k].lower;
@@ -232,15 +301,15 @@ static void climb(const search *s, const item *it, co_deviation *out) {
 
 /* Cuts the items whose bound is above `enough`; the others' bounds are final. */
 static int32_t next_items(search *s, double enough, co_deviation *out, curvopt_error *error) {
-    size_t n = 0, n_cut = 0;
+    size_t n = 0, room = 0;
     for (size_t k = 0; k < s->n_now; k++)
-        n_cut += s->now[k].upper > enough;
-    item *next = CO_NEW(item, 4 * n_cut);
+        room += s->now[k].upper > enough ? (size_t)most_children(s, &s->now[k]) : 0;
+    item *next = CO_NEW(item, room);
     if (!next)
         return co_status_no_memory(error);
     for (size_t k = 0; k < s->n_now; k++) {
         const item *it = &s->now[k];
-        const int n_children = it->upper > enough ? cut(s->surface[it->of].pieces, it, next + n) : 0;
+        const int32_t n_children = it->upper > enough ? cut(s, it, next + n) : 0;
         if (n_children == 0) {
             out->bound = fmax(out->bound, it->upper);
             keep_promising(s, it);
@@ -280,7 +349,9 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
                             const curvopt_cancel *cancel, co_deviation *out, curvopt_error *error) {
     search s = {.surface = surface, .cancel = cancel};
     const double floor = CO_DEVIATION_FLOOR * surface[0].pieces->size;
-    int32_t status = start(&s, 1, error);
+    const int32_t n = surface[0].pieces->patches.n_patches + surface[1].pieces->patches.n_patches;
+    const int32_t most = n / CO_DEVIATION_FEW;
+    int32_t status = most < CO_BOX_TREE_LEAF ? start(&s, 1, error) : start_with_groups(&s, most, error);
     while (status == CURVOPT_OK && s.n_now && is_affordable(&s, budget, out)) {
         co_thread_pool_for(pool, s.n_now, bound_items, &s);
         take_largest(&s, out);
@@ -304,9 +375,22 @@ static int32_t find_largest(const co_nearest surface[2], size_t budget, co_threa
 typedef struct mean {
     const co_nearest *surface; /* [2] */
     double *sums;              /* [n_patches][2] integral of the squared distance, and area */
-    int n_cells;               /* a side of a patch is cut into so many; 0: one point a piece */
+    int n_cells;               /* a side of a patch is cut into so many; 0: one point a patch */
     const curvopt_cancel *cancel;
 } mean;
+
+/* Adds a point of a piece that stands for `weight` of what its parameters cover. */
+static void add_point(const mean *m, int32_t piece, double u, double v, double weight, int32_t *hint, double sum[2]) {
+    co_bezier_jet jet;
+    co_surface_point near;
+    co_bezier_at(co_pieces_bezier(m->surface[0].pieces, piece), u, v, &jet);
+    co_nearest_find(&m->surface[1], jet.s, *hint, &near);
+    *hint = near.part;
+    const double uu = co_dot3(jet.u, jet.u), vv = co_dot3(jet.v, jet.v), uv = co_dot3(jet.u, jet.v);
+    const double area = weight * sqrt(fmax(0, uu * vv - uv * uv));
+    sum[0] += area * near.distance * near.distance;
+    sum[1] += area;
+}
 
 /* Adds n x n cells of a piece with 2 x 2 points of Gauss each, or one point in the middle where n is 0. */
 static void add_piece(const mean *m, int32_t piece, int n, int32_t *hint, double sum[2]) {
@@ -316,32 +400,35 @@ static void add_piece(const mean *m, int32_t piece, int n, int32_t *hint, double
         for (int i = 0; i < n_points; i++) {
             const double u = side * (i / 2 + (i % 2 ? 1 - offset : offset)); /* NOLINT(bugprone-integer-division) */
             const double v = side * (j / 2 + (j % 2 ? 1 - offset : offset)); /* NOLINT(bugprone-integer-division) */
-            co_bezier_jet jet;
-            co_surface_point near;
-            co_bezier_at(co_pieces_bezier(m->surface[0].pieces, piece), u, v, &jet);
-            co_nearest_find(&m->surface[1], jet.s, *hint, &near);
-            *hint = near.part;
-            const double uu = co_dot3(jet.u, jet.u), vv = co_dot3(jet.v, jet.v), uv = co_dot3(jet.u, jet.v);
-            const double area = sqrt(fmax(0, uu * vv - uv * uv)) / ((double)n_points * n_points);
-            sum[0] += area * near.distance * near.distance;
-            sum[1] += area;
+            add_point(m, piece, u, v, 1.0 / ((double)n_points * n_points), hint, sum);
         }
 }
 
+/* Adds the middle of a patch. At an extraordinary vertex it is the inner corner of its ring's cell at (1, 1), a quarter
+ * of the patch. */
+static void add_middle(const mean *m, int32_t patch, int32_t *hint, double sum[2]) {
+    const co_surface_pieces *s = m->surface[0].pieces;
+    if (s->tip_of[patch] < 0)
+        add_point(m, s->first[patch], 0.5, 0.5, 1, hint, sum);
+    else
+        add_point(m, s->first[patch] + 1, 0, 0, 4, hint, sum);
+}
+
 static void add_patches(void *context, size_t begin, size_t end) {
-    enum { RINGS = 5, FEW_RINGS = 3, FINE_RINGS = 2 }; /* of a patch 4^-rings of its area is left out, about */
+    enum { RINGS = 5, FINE_RINGS = 2 }; /* of a patch 4^-RINGS of its area is left out, about */
     const mean *m = context;
-    const int32_t rings = m->n_cells > 0 ? RINGS : FEW_RINGS, fine_rings = m->n_cells > 0 ? FINE_RINGS : -1;
     const co_surface_pieces *s = m->surface[0].pieces;
     for (size_t p = begin; p < end && !co_cancel_is_requested(m->cancel); p++) {
         int32_t hint = first_hint(&m->surface[0], &m->surface[1], (int32_t)p);
-        const int32_t most = s->first[p] + CO_RING_CELLS * rings;
+        const int32_t most = m->n_cells > 0 ? s->first[p] + CO_RING_CELLS * RINGS : s->first[p];
         const int32_t last = s->first[p + 1] < most ? s->first[p + 1] : most;
         m->sums[2 * p] = m->sums[2 * p + 1] = 0;
+        if (m->n_cells == 0)
+            add_middle(m, (int32_t)p, &hint, m->sums + 2 * p);
         for (int32_t k = s->first[p]; k < last; k++) {
             const int ring = s->tip_of[p] < 0 ? 0 : 1 + (k - s->first[p]) / CO_RING_CELLS;
             const int half = m->n_cells >> ring;
-            add_piece(m, k, ring <= fine_rings && half == 0 ? 1 : half, &hint, m->sums + 2 * p);
+            add_piece(m, k, ring <= FINE_RINGS && half == 0 ? 1 : half, &hint, m->sums + 2 * p);
         }
     }
 }

@@ -84,7 +84,7 @@ static void regular_patch(const co_surface_pieces *s, int32_t p) {
     co_bezier_from_bspline(spline, s->bezier + CO_BEZIER * (size_t)s->first[p]);
 }
 
-/* The points that one ring's cells are made of: point [n_rows][3], the first the vertex, the others relative to it. */
+/* The points that one ring's cells are made of, relative to the vertex, which is the first: point [3][n_rows]. */
 static void ring_points(const co_surface_pieces *s, int32_t p, const ring_table *t, int32_t ring, double *point) {
     const int32_t *index = s->patches.points + s->patches.start[p];
     const size_t n_rows = (size_t)t->n_rows;
@@ -92,11 +92,26 @@ static void ring_points(const co_surface_pieces *s, int32_t p, const ring_table 
     const double *origin = s->points + 3 * (size_t)index[0];
     memset(point, 0, sizeof(double) * 3 * n_rows);
     for (size_t i = 1; i < (size_t)t->n_points; i++)
-        for (size_t k = 0; k < n_rows; k++)
-            for (size_t c = 0; c < 3; c++)
-                point[3 * k + c] += rows[i * n_rows + k] * (s->points[3 * (size_t)index[i] + c] - origin[c]);
-    for (size_t c = 0; c < 3; c++)
-        point[c] += origin[c];
+        for (size_t c = 0; c < 3; c++) {
+            const double x = s->points[3 * (size_t)index[i] + c] - origin[c];
+            for (size_t k = 0; k < n_rows; k++)
+                point[c * n_rows + k] += rows[i * n_rows + k] * x;
+        }
+}
+
+/* A cell's 16 points of a B-spline from those of its ring. */
+static void cell_spline(const ring_table *t, int cell, const double *point, const double origin[3],
+                        double spline[CO_BEZIER]) {
+    for (size_t k = 0; k < 16; k++) {
+        const int32_t at = t->cell[cell][k], mirrored = t->mirrored[cell][k];
+        for (size_t c = 0; c < 3; c++) {
+            const double *of_ring = point + c * (size_t)t->n_rows, vertex = origin[c] + of_ring[0];
+            double x = (mirrored < 0 ? 1 : 2) * (at ? of_ring[at] : 0);
+            if (mirrored > 0)
+                x -= of_ring[mirrored];
+            spline[3 * k + c] = vertex + x;
+        }
+    }
 }
 
 static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const ring_table *t,
@@ -111,17 +126,8 @@ static void extraordinary_patch(const co_surface_pieces *s, int32_t p, const rin
     for (int32_t ring = 0; ring < t->n_rings && !co_cancel_is_requested(cancel); ring++) {
         ring_points(s, p, t, ring, point);
         for (int cell = 0; cell < CO_RING_CELLS; cell++) {
-            const int32_t piece = s->first[p] + CO_RING_CELLS * ring + cell;
-            for (size_t k = 0; k < 16; k++) {
-                const int32_t at = t->cell[cell][k], mirrored = t->mirrored[cell][k];
-                for (size_t c = 0; c < 3; c++) {
-                    double x = (mirrored < 0 ? 1 : 2) * (at ? point[3 * (size_t)at + c] : 0);
-                    if (mirrored > 0)
-                        x -= point[3 * (size_t)mirrored + c];
-                    spline[3 * k + c] = point[c] + x;
-                }
-            }
-            double *bezier = s->bezier + CO_BEZIER * (size_t)piece;
+            double *bezier = s->bezier + CO_BEZIER * (size_t)(s->first[p] + CO_RING_CELLS * ring + cell);
+            cell_spline(t, cell, point, s->points + 3 * (size_t)index[0], spline);
             co_bezier_from_bspline(spline, bezier);
             for (size_t k = 0; k < 16 && ring + 1 == t->n_rings; k++)
                 tip->radius = fmax(tip->radius, 2 * co_distance3(bezier + 3 * k, tip->at));
