@@ -204,6 +204,24 @@ static void test_a_level_that_is_lost_begins_again(void **state) {
     }
 }
 
+/* Where any gradient is too much at its end, the last level begins again as often as it may, and no other does. */
+static void test_the_last_level_is_lost_where_its_gradient_has_grown(void **state) {
+    (void)state;
+    finished f[2];
+    for (int k = 0; k < 2; k++) {
+        const curvopt_options w = loosely();
+        solve_setting *s = solve_setting_of(cage_shaken(cage_torus(7, 4, 1, 0.4), 0.1), &w);
+        s->tuning.finer_gradient = k ? 0 : 100;
+        f[k] = run_setting(s, 0);
+        CHECK_INT(f[k].summary.verdict, CURVOPT_VERDICT_MINIMUM);
+        CHECK_BETWEEN(by_fine_rules(&f[k]), 78.956, 79.2);
+    }
+    CHECK_INT(f[1].result->level[0].iterations, f[0].result->level[0].iterations);
+    CHECK_TRUE(f[1].result->level[1].iterations > 2 * f[0].result->level[1].iterations);
+    for (int k = 0; k < 2; k++)
+        finished_free(&f[k]);
+}
+
 /* From its second level on a run counts its energy a hundredfold, and takes every change of rules for a fold. */
 static int32_t spoil(const curvopt_progress *p, void *user) {
     solve_setting *s = user;
@@ -439,6 +457,7 @@ int main(void) {
         cmocka_unit_test(test_callback_is_told_everything),
         cmocka_unit_test(test_the_shift_goes_over_to_the_next_level),
         cmocka_unit_test(test_a_level_that_is_lost_begins_again),
+        cmocka_unit_test(test_the_last_level_is_lost_where_its_gradient_has_grown),
         cmocka_unit_test(test_what_a_level_has_lost_the_one_before_it_has),
         cmocka_unit_test(test_no_torus_has_less_than_a_torus_has),
         cmocka_unit_test(test_cancelling_returns_what_was_reported_last),

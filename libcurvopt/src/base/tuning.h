@@ -83,6 +83,7 @@
     X(double, review_step, 0.05, 1e-4, 10, "mean edges", "a longer step is always checked", "25")                      \
     X(double, review_fold, 2, 1.01, 1e6, "factor", "of a reviewed value: finer rules that see more see a fold", "25")  \
     X(double, finer_factor, 0.1, 1e-3, 0.9, "of the tolerance", "a level that is lost begins again by that", "25")     \
+    X(double, finer_gradient, 100, 2, 1e6, "factor", "of its gradient by which the last level is lost", "25")          \
     X(int, finer_tries, 2, 0, 10, "times", "most for a level", "25")                                                   \
     X(double, defect_growth, 4, 1, 1000, "factor", "of the Gauss-Bonnet defect: a check out of turn", "25")            \
     X(double, working_factor, 10, 1, 1000, "of the tolerance", "quadrature on the way", "25")                          \

@@ -271,7 +271,9 @@ static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_er
         return status;
     (*level)->hessian.shift = r->forming_shift;
     co_run_watch(r, *level);
-    return co_level_begin(*level, error);
+    status = co_level_begin(*level, error);
+    r->first_gradient = co_level_objective_relative_gradient(&(*level)->objective, &(*level)->now);
+    return status;
 }
 
 /* Over everything, and at the end along normals. */
@@ -289,11 +291,18 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
     return status;
 }
 
+/* Whether the gradient is many times what it was where the last level began: the cage has come to folds between
+ * samples, and no minimum. */
+static int has_steepened(const co_run *r) {
+    const double most = r->context.tuning->finer_gradient * r->first_gradient;
+    return co_run_context_is_last(&r->context, r->at.report.level) && r->at.report.gradient_norm > most;
+}
+
 /* Whether finer rules may see in time what these did not: a fold on the way. One that the cage came with stays. */
 static int wants_finer(const co_run *r, const co_level *l) {
     const curvopt_options *o = r->context.options;
     const curvopt_summary *s = &r->result->summary;
-    const int is_lost = l->is_lost || r->at.report.stop == CURVOPT_STOP_UNRESOLVED;
+    const int is_lost = l->is_lost || r->at.report.stop == CURVOPT_STOP_UNRESOLVED || has_steepened(r);
     const int may = !r->is_live && !o->joshi_sequin && !o->no_crossings && (s->n_folded == 0 || s->n_unfolded > 0);
     return is_lost && may && r->context.n_finer < r->context.tuning->finer_tries && !was_cancelled(r);
 }
