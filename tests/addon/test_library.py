@@ -251,7 +251,7 @@ def test_topology_error_has_code_element_and_sentence(lib):
 def test_options_defaults_and_refusals(lib):
     options = lib.options({"mvs": 2.0})
     assert list(options.weights) == [0, 2, 0, 0, 0, 0, 0, 0]
-    assert (options.levels, options.max_iterations, options.surface) == (4, 3000, 0)
+    assert (options.levels, options.max_iterations, options.surface) == (4, 10000, 0)
     with pytest.raises(ValueError, match="no energy 'mvx'"):
         lib.options({"mvx": 1.0})
     with pytest.raises(ValueError, match="no option 'level'"):

@@ -28,7 +28,7 @@ static void test_defaults_are_those_of_the_header_and_valid(void **state) {
     CHECK_INT(o.surface, CURVOPT_SURFACE_AUTO);
     CHECK_INT(o.method, CURVOPT_METHOD_AUTO);
     CHECK_INT(o.levels, 4);
-    CHECK_INT(o.max_iterations, 3000);
+    CHECK_INT(o.max_iterations, 10000);
     CHECK_INT(o.threads, 0);
     CHECK_INT(o.joshi_sequin, 0);
     CHECK_NEAR(o.weights[CURVOPT_TERM_WILLMORE], 1, 0);

@@ -53,7 +53,7 @@ class Defaults(NamedTuple):
     energy: str = "willmore"
     surface: str = "auto"
     levels: int = 4
-    max_iterations: int = 3000
+    max_iterations: int = 10000
     threads: int = 0
     boundary: str = "position"
     symmetry: str = "auto"

@@ -21,7 +21,7 @@ void co_api_copy_out(void *to, size_t to_size, const void *from, size_t from_siz
 void curvopt_options_init(curvopt_options *options, size_t size) {
     curvopt_options defaults = {.struct_size = (int32_t)size,
                                 .levels = 4,
-                                .max_iterations = 3000,
+                                .max_iterations = 10000,
                                 .weights[CURVOPT_TERM_WILLMORE] = 1,
                                 .tolerance = 1e-4,
                                 .gradient_tolerance = 1e-6,

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/given_constraints.h"
+#include "linalg/vector.h"
 #include "mesh/similarity.h"
 #include "solve/discretization_error.h"
 #include "solve/held_scalars.h"
@@ -262,6 +263,10 @@ static int32_t meet_entries(co_run *r, curvopt_error *error) {
     return co_given_constraints_place(r->result->mesh, &r->constraints, r->context.options->boundary, r->at.xyz, error);
 }
 
+static double gradient_norm(const co_level *l) {
+    return co_vector_norm(co_level_objective_n(&l->objective), l->now.gradient);
+}
+
 /* A level over everything, at its start. Its shape forms by a matrix as stiff as the level before needed: how far the
  * quadratic model holds is a matter of the shape (libcurvopt/notes/51-steps-that-are-too-long.md). */
 static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
@@ -272,7 +277,7 @@ static int32_t begin_all(co_run *r, int32_t number, co_level **level, curvopt_er
     (*level)->hessian.shift = r->forming_shift;
     co_run_watch(r, *level);
     status = co_level_begin(*level, error);
-    r->first_gradient = co_level_objective_relative_gradient(&(*level)->objective, &(*level)->now);
+    r->first_gradient = gradient_norm(*level);
     return status;
 }
 
@@ -293,16 +298,16 @@ static int32_t solve_all(co_run *r, int32_t number, co_level **level, double sta
 
 /* Whether the gradient is many times what it was where the last level began: the cage has come to folds between
  * samples, and no minimum. */
-static int has_steepened(const co_run *r) {
-    const double most = r->context.tuning->finer_gradient * r->first_gradient;
-    return co_run_context_is_last(&r->context, r->at.report.level) && r->at.report.gradient_norm > most;
+static int has_steepened(const co_run *r, const co_level *l) {
+    return co_run_context_is_last(&r->context, l->number) &&
+           gradient_norm(l) > r->context.tuning->finer_gradient * r->first_gradient;
 }
 
 /* Whether finer rules may see in time what these did not: a fold on the way. One that the cage came with stays. */
 static int wants_finer(const co_run *r, const co_level *l) {
     const curvopt_options *o = r->context.options;
     const curvopt_summary *s = &r->result->summary;
-    const int is_lost = l->is_lost || r->at.report.stop == CURVOPT_STOP_UNRESOLVED || has_steepened(r);
+    const int is_lost = l->is_lost || r->at.report.stop == CURVOPT_STOP_UNRESOLVED || has_steepened(r, l);
     const int may = !r->is_live && !o->joshi_sequin && !o->no_crossings && (s->n_folded == 0 || s->n_unfolded > 0);
     return is_lost && may && r->context.n_finer < r->context.tuning->finer_tries && !was_cancelled(r);
 }

@@ -56,7 +56,7 @@ typedef struct co_run {
     co_no_crossings no_crossings; /* nothing without options.no_crossings */
     co_run_work spent;            /* by sliding on the present level, until that is solved */
     int lost_steps;               /* of the present level, before it began again by finer rules */
-    double first_gradient;        /* relative gradient that the present level began with */
+    double first_gradient;        /* norm of that by which the present level began */
     double forming_shift;         /* of the last matrix by which a shape formed (co_level_hessian); 0: none has yet */
     const double *shown_beside;   /* [3 n_vertices] or NULL: what is added to cages of levels over everything that the
                                      caller sees, where something is held (live.h) */
