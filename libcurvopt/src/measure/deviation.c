@@ -124,7 +124,7 @@ static void bound_group(const search *s, item *it) {
         const int32_t tip = pieces->tip_of[own->tree.order[k]];
         tips = fmax(tips, tip < 0 ? 0 : pieces->tip[tip].radius);
     }
-    it->upper = near.distance + sqrt(square) + tips;
+    it->upper = fmin(it->upper, near.distance + sqrt(square) + tips);
 }
 
 /* Items that are left out when it is cancelled keep the bound of what they were cut from. */
@@ -168,8 +168,10 @@ static int32_t cut(const search *s, const item *it, item *child) {
     const co_surface_pieces *own = surface->pieces;
     if (it->group >= 0) {
         const co_box_node *node = &surface->tree.node[it->group];
-        for (int32_t k = node->begin; k < node->end; k++)
+        for (int32_t k = node->begin; k < node->end; k++) {
             child[k - node->begin] = item_of_patch(s, it->of, surface->tree.order[k]);
+            child[k - node->begin].upper = it->upper;
+        }
         return node->end - node->begin;
     }
     for (int k = 0; k < 4; k++)
