@@ -569,7 +569,7 @@ typedef struct curvopt_options {
     /* Number of optimizations; the cage is subdivided between them. 1..CURVOPT_MAX_LEVELS, default 4. */
     int32_t levels;
     /* Largest number of steps of a level. A level that is solved again, with fewer symmetries or by finer rules, has as
-     * many anew, and its report counts them all. 0 or more, default 3000. */
+     * many anew, and its report counts them all. 0 or more, default 10000. */
     int32_t max_iterations;
     /* Number of threads. 0..1024, default 0: as many as processors that the process may use. */
     int32_t threads;
