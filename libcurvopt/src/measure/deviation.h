@@ -8,7 +8,8 @@
  * length at a corner, and differs from F by (max |F_ss| + max |F_tt|) / 8 at most; second derivatives are bounded by
  * control nets. So the bound is exact to second order in the part's side, and to third where both surfaces bend alike.
  *
- * Parts whose bound is too far above the largest distance found are cut in four (branch and bound).
+ * Parts whose bound is too far above the largest distance found are cut in four (branch and bound). Of many patches
+ * groups come first, with the distance of one point and the first bound.
  *
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_MEASURE_DEVIATION_H
@@ -22,7 +23,7 @@
 /* As long as few parts have been looked at, it is this, so that the largest distance found is close, too. */
 #define CO_DEVIATION_CLOSE 1.02
 enum {
-    CO_DEVIATION_FEW = 3000,
+    CO_DEVIATION_FEW = 3000,     /* parts; patches that are more by far begin in about so many groups */
     CO_DEVIATION_GLIMPSE = 2000, /* patches of which a glimpse looks at all; at fewer of more */
     CO_DEVIATION_CLIMBS = 16     /* parts from which a larger distance is looked for at the end */
 };
@@ -34,7 +35,7 @@ typedef struct co_deviation {
     double rms;         /* over the first surface, by area; NAN if cancelled */
     double bound;       /* no point of either surface is farther from the other one */
     double point[2][3]; /* where `max` was found: a point of the first surface, and one of the second */
-    size_t n_parts;     /* parts that were looked at */
+    size_t n_parts;     /* parts that were looked at, without groups */
     size_t n_steps;     /* of Newton's method for nearest points, for these */
 } co_deviation;
 
