@@ -66,14 +66,19 @@ static double distance_of_fans(const co_surface_pieces *a, int32_t p, const co_s
     return sqrt(least);
 }
 
+/* What is nearest to a point of an item. */
+static void look_from(const search *s, item *it, const double x[3], co_surface_point *near) {
+    co_nearest_find(&s->surface[!it->of], x, it->hint, near);
+    it->lower = near->distance;
+    it->hint = near->part;
+    it->n_steps = near->n_steps;
+}
+
 static void bound_tip(const search *s, item *it) {
     const co_surface_pieces *own = s->surface[it->of].pieces;
     const int32_t patch = -1 - it->piece;
     co_surface_point near;
-    co_nearest_find(&s->surface[!it->of], own->tip[own->tip_of[patch]].at, it->hint, &near);
-    it->lower = near.distance;
-    it->hint = near.part;
-    it->n_steps = near.n_steps;
+    look_from(s, it, own->tip[own->tip_of[patch]].at, &near);
     it->upper = fmin(it->upper, near.distance + rings_radius(own, patch, it->ring));
     const co_surface_pieces *other = s->surface[!it->of].pieces;
     if (near.piece < 0)
@@ -87,12 +92,9 @@ static void bound_part(const search *s, item *it) {
     co_surface_point near;
     co_bezier_part(co_pieces_bezier(s->surface[it->of].pieces, it->piece), u, v, part);
     co_bezier_point(part, 0.5, 0.5, middle);
-    co_nearest_find(other, middle, it->hint, &near);
+    look_from(s, it, middle, &near);
     for (size_t k = 0; k < 16; k++)
         radius = fmax(radius, co_distance3_squared(part + 3 * k, middle));
-    it->lower = near.distance;
-    it->hint = near.part;
-    it->n_steps = near.n_steps;
     it->upper = fmin(it->upper, near.distance + sqrt(radius));
     if (near.piece >= 0) {
         const double *piece = co_pieces_bezier(other->pieces, near.piece);
@@ -112,10 +114,7 @@ static void bound_group(const search *s, item *it) {
         memcpy(x, pieces->tip[pieces->tip_of[-1 - it->piece]].at, sizeof x);
     else
         co_bezier_point(co_pieces_bezier(pieces, it->piece), 0.5, 0.5, x);
-    co_nearest_find(&s->surface[!it->of], x, it->hint, &near);
-    it->lower = near.distance;
-    it->hint = near.part;
-    it->n_steps = near.n_steps;
+    look_from(s, it, x, &near);
     for (int c = 0; c < 3; c++) {
         const double far = fmax(x[c] - node->box.low[c], node->box.high[c] - x[c]);
         square += far * far;
