@@ -535,8 +535,40 @@ static void test_least_integral_of_h2(void **state) {
     problem_free(&p);
 }
 
+/* The gradient [3 n_vertices] by one rule on all patches. */
+static void gradient_by(problem *p, int8_t rule, double *gradient) {
+    const co_request request = {.gradient = gradient};
+    co_values values;
+    curvopt_error error;
+    memset(p->assembly->rule, rule, (size_t)p->assembly->patches.n_patches);
+    CHECK_OK(co_assembly_update_batches(p->assembly, &error), &error);
+    co_assembly_evaluate(p->assembly, p->c.xyz, &request, &values);
+}
+
+/* Rules of a pole differ in the points that they need: points of the coarse ones that fine ones have not count no more
+ * after a change of rules. */
+static void test_gradients_are_those_of_the_present_rules(void **state) {
+    (void)state;
+    enum { POLE = 35, N_VERTICES = 3 * POLE + 2, COARSE = 0, FINE = 4 };
+    static const int terms[] = {CURVOPT_TERM_WILLMORE, CURVOPT_TERM_MVS};
+    static double before[3 * N_VERTICES], after[3 * N_VERTICES], fresh[3 * N_VERTICES];
+    for (int k = 0; k < 2; k++) {
+        problem changed = problem_of(cage_shaken(cage_trapezohedron(POLE), 0.01), terms[k]);
+        problem other = problem_of(cage_shaken(cage_trapezohedron(POLE), 0.01), terms[k]);
+        CHECK_TRUE(changed.c.n_vertices <= N_VERTICES);
+        gradient_by(&changed, COARSE, before);
+        gradient_by(&changed, FINE, after);
+        gradient_by(&other, FINE, fresh);
+        CHECK_TRUE(memcmp(after, before, sizeof after) != 0);
+        CHECK_TRUE(memcmp(after, fresh, sizeof after) == 0);
+        problem_free(&changed);
+        problem_free(&other);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_gradients_are_those_of_the_present_rules),
         cmocka_unit_test(test_unmarked_candidates_stay_below_the_bound),
         cmocka_unit_test(test_like_candidates_are_marked_alike),
         cmocka_unit_test(test_errors_that_are_no_numbers_come_last),

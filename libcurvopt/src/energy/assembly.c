@@ -48,6 +48,8 @@ int32_t co_assembly_update_batches(co_assembly *a, curvopt_error *error) {
         status = co_assembly_ensure_work(a, &a->batches, error);
     if (status != CURVOPT_OK)
         co_element_batches_free(&a->batches);
+    /* At a pole rules differ in the points that they need (basis_table.c, window_of): what no batch adds to is 0. */
+    memset(a->point_sums, 0, 6 * sizeof *a->point_sums * (size_t)a->patches.n_points);
     return status;
 }
 
