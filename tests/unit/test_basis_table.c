@@ -3,7 +3,6 @@
 #include "surface/basis_point.h"
 #include "surface/basis_table_cache.h"
 #include "surface/face_rule.h"
-#include "surface/gauss_legendre.h"
 #include "surface/patches.h"
 
 #include <stdlib.h>
@@ -104,8 +103,9 @@ static void characteristic_map(int32_t valence, double *xy) {
     co_stam_disc_free(&disc);
 }
 
-/* The Jacobian is a polynomial of degree 5 each way in every cell, and rings repeat exactly, so that all rules of at
- * least 3 points a side must agree, whatever their number of rings; the polynomial surface reproduces its own map. */
+/* The Jacobian is a polynomial of degree 5 each way in every cell, 10 in all, and rings repeat exactly, so that all
+ * rules of degree 11 and more in all rings must agree, whatever their number of rings; the polynomial surface
+ * reproduces its own map. */
 static void test_rules_agree_on_the_characteristic_maps_area(void **state) {
     (void)state;
     static const int32_t exact[] = {CURVOPT_SURFACE_LIMIT, CURVOPT_SURFACE_POLYNOMIAL};
@@ -114,7 +114,7 @@ static void test_rules_agree_on_the_characteristic_maps_area(void **state) {
         double first = 0;
         characteristic_map(valence, xy);
         for (int i = 0; i < 4; i++) {
-            co_basis_table *t = table_of(exact[i / 2], valence, (i / 2 ? 3 : 1) + i % 2);
+            co_basis_table *t = table_of(exact[i / 2], valence, (i / 2 ? 5 : 4) + i % 2);
             double area = 0;
             for (int32_t s = 0; s < t->n_samples; s++)
                 area += t->area_weight[s] * jacobian_of(t, xy, s);
@@ -153,7 +153,7 @@ static void test_jacobian_scale_undoes_the_shrinking(void **state) {
     double low = INFINITY, high = 0;
     characteristic_map(6, xy);
     co_basis_table *fine = table_of(CURVOPT_SURFACE_LIMIT, 6, 3), *t = table_of(CURVOPT_SURFACE_LIMIT, 6, 1);
-    for (int32_t s = 0; s < 3 * 10 * 10; s++) { /* the first ring of that rule */
+    for (int32_t s = 0; s < 3 * co_square_rule_size(10); s++) { /* the first ring of that rule */
         low = fmin(low, fine->jacobian_scale[s]);
         high = fmax(high, fine->jacobian_scale[s]);
     }
@@ -236,20 +236,19 @@ static void test_cache_builds_a_table_once(void **state) {
 static void test_points_of_wide_discs_are_those_of_the_table(void **state) {
     enum { GAUSS = 6, RULE = 2 };
     const int32_t kind = co_fan_make_wide(5, 3, 1, 2), n = co_patches_size(kind);
-    double node[GAUSS], gauss[GAUSS];
+    co_square_rule rule;
     co_basis_table_cache cache;
     curvopt_error error;
     double weight[CO_JET], *rows = calloc((size_t)n * CO_JET, sizeof *rows);
     (void)state;
     CHECK_TRUE(rows != NULL);
     co_basis_table *table = table_of(CURVOPT_SURFACE_POLYNOMIAL, kind, RULE);
-    CHECK_INT(table->n_samples, GAUSS * GAUSS);
+    co_square_rule_make(GAUSS, &rule);
+    CHECK_INT(table->n_samples, rule.n);
     CHECK_INT(table->n_points, CO_RING_REGULAR + CO_BLEND_FIT_TERMS); /* no means */
-    co_gauss_legendre(GAUSS, node, gauss);
     co_basis_table_cache_create(CURVOPT_SURFACE_POLYNOMIAL, &cache);
-    for (int s = 0; s < GAUSS * GAUSS; s++) {
-        double u = (double)node[s % GAUSS], v = (double)node[s / GAUSS];
-        CHECK_OK(co_basis_point(&cache, kind, u, v, rows, weight, &error), &error);
+    for (int s = 0; s < rule.n; s++) {
+        CHECK_OK(co_basis_point(&cache, kind, rule.point[s][0], rule.point[s][1], rows, weight, &error), &error);
         for (int32_t p = 0; p < table->n_points; p++)
             CHECK_NEAR(rows[table->support[p] * CO_JET], table->rows[(s * table->n_points + p) * CO_JET], 1e-14);
     }

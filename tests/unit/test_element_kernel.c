@@ -15,6 +15,7 @@ enum { N_KERNELS = sizeof names / sizeof *names };
 /* Faces of one kind, each with points of its own; face number N_FACES has NAN for points. */
 typedef struct faces {
     co_basis_table *table;
+    double eps4;
     double xyz[(N_FACES + 1) * MOST_POINTS * 3];
 } faces;
 
@@ -29,6 +30,7 @@ static void make_faces(int32_t surface, int32_t valence, int32_t rule, faces *ou
     double xy[2 * (6 * 8 + 1)];
     uint64_t seed = 4711;
     CHECK_OK(co_basis_table_create(surface, valence, rule, &out->table, &error), &error);
+    out->eps4 = 1e-6;
     CHECK_OK(co_stam_disc_create(valence, &disc, &error), &error);
     co_stam_characteristic_map(&disc, xy);
     co_stam_disc_free(&disc);
@@ -72,7 +74,7 @@ static void run_order(const co_element_kernel *kernel, const faces *in, int orde
             .n_used = n_used,
             .points = points,
             .xyz = in->xyz,
-            .eps4 = 1e-6,
+            .eps4 = in->eps4,
             .integrand = {.area = 0.2, .h2 = 0.3, .f1 = 0.5, .f3 = 0.7, .x = 0.4, .mean = 0.1, .volume = 0.05},
             .third = order == 3,
             .first_order = order == 1,
@@ -213,7 +215,7 @@ static void run_second(const co_element_kernel *kernel, const faces *in, int thi
                                     .points = points,
                                     .xyz = in->xyz,
                                     .before = before,
-                                    .eps4 = 1e-6,
+                                    .eps4 = in->eps4,
                                     .integrand = {.area = 0.2,
                                                   .h2 = 0.3,
                                                   .f1 = 0.5,
@@ -319,6 +321,7 @@ static void test_gauss_newton_residuals_add_up_to_the_integrand(void **state) {
     for (int k = 0; k < N_KINDS; k++) {
         make_faces(kinds[k].surface, kinds[k].valence, kinds[k].rule, &in);
         const int32_t n = 3 * in.table->n_points;
+        in.eps4 = 1e-12;
         run_second(co_element_kernel_select(NULL), &in, kinds[k].third, 0, NULL, matrix);
         run(co_element_kernel_select(NULL), &in, kinds[k].third, 0, &at);
         for (int f = 0; f < N_FACES; f++) {

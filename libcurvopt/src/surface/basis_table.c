@@ -67,12 +67,12 @@ static int32_t choose_support(co_basis_table *t, int32_t window, curvopt_error *
 
 /* The common properties of the samples of one cell. */
 typedef struct cell_samples {
-    const co_ring_cell *cell; /* NULL: a whole regular face */
-    int n_side;               /* points a side, in sub-cells of at most CO_FACE_RULE_GAUSS each way */
-    double area_factor;       /* of area weights: more than 1 in the last ring, which stands for those inside it */
-    double curvature_factor;  /* of curvature weights, likewise */
-    double jacobian_scale;    /* undoes the shrinking of the ring in Jacobians */
-    co_thread_pool *threads;  /* NULL: one */
+    const co_ring_cell *cell; /* NULL: a whole regular face, whose samples are a grid */
+    co_cell_rule rule;
+    double area_factor;      /* of area weights: more than 1 in the last ring, which stands for those inside it */
+    double curvature_factor; /* of curvature weights, likewise */
+    double jacobian_scale;   /* undoes the shrinking of the ring in Jacobians */
+    co_thread_pool *threads; /* NULL: one */
     co_cancel *cancel;
 } cell_samples;
 
@@ -95,41 +95,47 @@ static void store_sample(co_basis_table *t, const cell_samples *c, double u, dou
     }
 }
 
-/* Gauss's points in the sub-cells of a cell. */
-typedef struct cell_grid {
+/* The points of a cell's rule, in its sub-cells. */
+typedef struct cell_points {
     co_basis_table *table;
     const cell_samples *samples;
-    int splits, gauss; /* sub-cells a side, points a side of each */
-    int32_t first;     /* number of the first sample */
-    double node[CO_FACE_RULE_GAUSS], weight[CO_FACE_RULE_GAUSS];
-} cell_grid;
-
-/* Point i of a side. */
-static double place_of(const cell_grid *g, int i) {
-    return (i / g->gauss + g->node[i % g->gauss]) / g->splits;
-}
+    int32_t first;       /* number of the first sample */
+    co_square_rule rule; /* of each sub-cell */
+} cell_points;
 
 static void store_samples(void *context, size_t begin, size_t end) {
-    const cell_grid *g = context;
-    const cell_samples *c = g->samples;
-    const int gauss = g->gauss, splits = g->splits;
-    for (int k = (int)begin; k < (int)end && !co_cancel_is_due(c->cancel); k++) {
-        int i = k % c->n_side, j = k / c->n_side;
-        store_sample(g->table, c, place_of(g, i), place_of(g, j),
-                     g->weight[i % gauss] * g->weight[j % gauss] / (splits * splits), g->first + k);
+    const cell_points *c = context;
+    const int splits = c->samples->rule.splits, n = c->rule.n;
+    for (int k = (int)begin; k < (int)end && !co_cancel_is_due(c->samples->cancel); k++) {
+        const double *at = c->rule.point[k % n];
+        const int i = k / n % splits, j = k / n / splits;
+        store_sample(c->table, c->samples, (i + at[0]) / splits, (j + at[1]) / splits,
+                     c->rule.weight[k % n] / (splits * splits), c->first + k);
     }
 }
 
 /* The samples of one cell, from number `sample` on; the next free one. */
 static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sample) {
-    cell_grid g = {
-        .table = t, .samples = c, .splits = (c->n_side + CO_FACE_RULE_GAUSS - 1) / CO_FACE_RULE_GAUSS, .first = sample};
-    g.gauss = c->n_side / g.splits;
-    co_gauss_legendre(g.gauss, g.node, g.weight);
-    co_thread_pool_for(c->threads, (size_t)c->n_side * (size_t)c->n_side, store_samples, &g);
-    for (int32_t i = 0; i < t->n_side; i++)
-        co_bspline_cubic(place_of(&g, i), (double(*)[4])(t->side + 16 * (size_t)i));
-    return sample + c->n_side * c->n_side;
+    cell_points points = {.table = t, .samples = c, .first = sample};
+    const int splits = c->rule.splits;
+    co_square_rule_make(c->rule.gauss, &points.rule);
+    const int n = splits * splits * points.rule.n;
+    co_thread_pool_for(c->threads, (size_t)n, store_samples, &points);
+    return sample + n;
+}
+
+/* A regular face's samples: the product of Gauss's rule with itself, in sub-cells where it has many points. */
+static void add_grid(co_basis_table *t, const cell_samples *c) {
+    const int splits = c->rule.splits, gauss = c->rule.gauss, n = t->n_side;
+    double node[CO_SQUARE_RULE_GAUSS], weight[CO_SQUARE_RULE_GAUSS];
+    co_gauss_legendre(gauss, node, weight);
+    for (int i = 0; i < n; i++)
+        co_bspline_cubic((i / gauss + node[i % gauss]) / splits, (double(*)[4])(t->side + 16 * (size_t)i));
+    for (int k = 0; k < n * n; k++) {
+        const int i = k % n, j = k / n;
+        store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
+                     weight[i % gauss] * weight[j % gauss] / (splits * splits), k);
+    }
 }
 
 static int32_t fill_masks(co_basis_table *t, int32_t n_points, curvopt_error *error) {
@@ -162,7 +168,7 @@ static int32_t fill_irregular(co_basis_table *t, const co_table_making *making, 
     for (int ring = 1; status == CURVOPT_OK && ring <= tail.n_rings; ring++) {
         int last = ring == tail.n_rings;
         cell_samples samples = {.cell = &cell,
-                                .n_side = co_face_rule_points(rule, ring),
+                                .rule = co_face_rule_of_cell(rule, ring),
                                 .threads = t->n_points >= WORTH_THREADS ? making->threads : NULL,
                                 .cancel = making->cancel,
                                 .area_factor = last ? 1 / (1 - tail.area_ratio) : 1,
@@ -187,13 +193,15 @@ static int32_t fill_irregular(co_basis_table *t, const co_table_making *making, 
 static int32_t fill_one_piece(co_basis_table *t, const co_blend_fit *polynomial, const co_face_rule *rule,
                               curvopt_error *error) {
     co_ring_cell cell = {0};
-    cell_samples whole = {.n_side = rule->points, .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
-    int32_t status = CURVOPT_OK;
-    if (co_fan_is_wide(t->kind)) {
-        status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
-                                          co_fan_wide_j(t->kind), &cell, error);
-        whole.cell = &cell;
+    cell_samples whole = {
+        .rule = co_face_rule_of_cell(rule, 1), .area_factor = 1, .curvature_factor = 1, .jacobian_scale = 1};
+    if (!co_fan_is_wide(t->kind)) {
+        add_grid(t, &whole);
+        return CURVOPT_OK;
     }
+    int32_t status = co_ring_cell_create_face(polynomial, co_fan_wide_sector(t->kind), co_fan_wide_i(t->kind),
+                                              co_fan_wide_j(t->kind), &cell, error);
+    whole.cell = &cell;
     if (status == CURVOPT_OK)
         add_samples(t, &whole, 0);
     co_ring_cell_free(&cell);
@@ -209,12 +217,12 @@ static int32_t fill(co_basis_table *t, const co_table_making *making, const co_f
         return status;
     t->n_side = t->kind == CO_FAN_REGULAR ? rule->points : 0;
     if (one_piece)
-        t->n_samples = rule->points * rule->points;
+        t->n_samples = t->n_side ? t->n_side * t->n_side : co_face_rule_samples(rule, 1);
     else
         tail = co_face_rule_tail(rule, &disc, t->surface);
     status = choose_support(t, window_of(t, tail.n_rings), error);
     for (int ring = 1; ring <= tail.n_rings; ring++)
-        t->n_samples += CO_RING_CELLS * co_face_rule_points(rule, ring) * co_face_rule_points(rule, ring);
+        t->n_samples += CO_RING_CELLS * co_face_rule_samples(rule, ring);
     if (status == CURVOPT_OK)
         status = allocate(t, error);
     if (status == CURVOPT_OK)

@@ -14,58 +14,63 @@
  * vertex each ring of three cells has rules of its own, down to a hole; the integral over the hole is not dropped: what
  * happens in the last ring repeats in the rings inside it with a known ratio (co_ring_tail), which its weights take up.
  *
- * Points a side fall from ring to ring, down to `least`:
+ * The degree to which a cell's rule is exact, here as the points a side of Gauss's rule of that degree (square_rule.h),
+ * falls from ring to ring, down to `least`:
  * - `limit`: by one. All rings look alike, and inner ones count for less and less.
- * - `plane`, `polynomial`: by the factors in `fall`. A blend varies most in the first ring
- *   (libcurvopt/notes/20-rules-at-an-extraordinary-vertex.md).
+ * - `plane`, `polynomial`: by the factor `fall`. A blend varies most in the first ring.
  * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
  *   polynomial of the chart.
- * Every rule is finer in all respects than the one before it, or comparing the two would not tell what is missing.
+ * Every rule is finer than the one before it wherever that one is off by more than this one, or comparing the two would
+ * not tell what is missing.
  *
- * Example: rule 1 of `limit`, {4, 3, 1e-4}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
- * 1e-4 makes 6 rings, of 4, 3, 3, 3, 3, 3 points a side: 3 (16 + 5 * 9) = 183 samples. */
+ * Example: rule 1 of `limit`, {4, 3, 1e-4, 0}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
+ * 1e-4 makes 6 rings, of degrees 7, 5, 5, 5, 5, 5: 3 (12 + 5 * 8) = 156 samples. */
 enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
 typedef struct listed_rule {
     int points, least;
-    double hole;
+    double hole, fall; /* fall 0: by one from ring to ring */
 } listed_rule;
-static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {
-    {{3, 3, 1}, {4, 4, 1}, {6, 6, 1}, {12, 12, 1}, {24, 24, 1}, {48, 48, 1}, {72, 72, 1}, {96, 96, 1}},
-    {{3, 2, 1e-3},
-     {4, 3, 1e-4},
-     {6, 4, 1e-5},
-     {10, 5, 1e-6},
-     {16, 6, 1e-7},
-     {24, 8, 1e-8},
-     {36, 10, 1e-9},
-     {48, 12, 1e-9}},
-    {{8, 3, 1e-3},
-     {16, 4, 1e-4},
-     {24, 5, 1e-5},
-     {36, 6, 1e-6},
-     {48, 7, 1e-7},
-     {72, 8, 1e-8},
-     {96, 9, 3e-9},
-     {120, 10, 1e-9}},
-    {{4, 1, 1e-3},
-     {6, 2, 1e-4},
-     {8, 3, 1e-5},
-     {12, 4, 1e-6},
-     {16, 5, 3e-7},
-     {24, 6, 1e-7},
-     {36, 9, 3e-8},
-     {48, 12, 1e-8}},
-    {{3, 2, 1e-1},
-     {4, 3, 1e-2},
-     {6, 4, 1e-3},
-     {10, 5, 1e-4},
-     {16, 6, 1e-5},
-     {24, 8, 1e-6},
-     {36, 10, 1e-7},
-     {48, 12, 1e-8}}};
-static const listed_rule rough = {2, 1, 1e-2}; /* CO_ROUGH_RULE */
-/* Points a side of a ring over those of the ring around it; 0: one less instead. */
-static const double fall[N_RULE_SETS] = {[RULES_PLANE] = 0.5, [RULES_POLYNOMIAL] = 0.62};
+static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {{{3, 3, 1, 0},
+                                                                 {4, 4, 1, 0},
+                                                                 {6, 6, 1, 0},
+                                                                 {12, 12, 1, 0},
+                                                                 {24, 24, 1, 0},
+                                                                 {48, 48, 1, 0},
+                                                                 {72, 72, 1, 0},
+                                                                 {96, 96, 1, 0}},
+                                                                {{3, 2, 1e-3, 0},
+                                                                 {4, 3, 1e-4, 0},
+                                                                 {6, 4, 1e-5, 0},
+                                                                 {10, 5, 1e-6, 0},
+                                                                 {16, 6, 1e-7, 0},
+                                                                 {24, 8, 1e-8, 0},
+                                                                 {36, 10, 1e-9, 0},
+                                                                 {48, 12, 1e-9, 0}},
+                                                                {{8, 3, 1e-3, 0.5},
+                                                                 {16, 4, 1e-4, 0.5},
+                                                                 {24, 5, 1e-5, 0.5},
+                                                                 {36, 6, 1e-6, 0.5},
+                                                                 {48, 7, 1e-7, 0.5},
+                                                                 {72, 8, 1e-8, 0.5},
+                                                                 {96, 9, 3e-9, 0.5},
+                                                                 {120, 10, 1e-9, 0.5}},
+                                                                {{4, 1, 1e-3, 0.62},
+                                                                 {6, 1, 1e-4, 0.64},
+                                                                 {8, 2, 1e-5, 0.62},
+                                                                 {12, 3, 1e-6, 0.62},
+                                                                 {16, 4, 3e-7, 0.62},
+                                                                 {24, 6, 1e-7, 0.62},
+                                                                 {36, 9, 3e-8, 0.62},
+                                                                 {48, 12, 1e-8, 0.62}},
+                                                                {{3, 2, 1e-1, 0},
+                                                                 {4, 3, 1e-2, 0},
+                                                                 {6, 4, 1e-3, 0},
+                                                                 {10, 5, 1e-4, 0},
+                                                                 {16, 6, 1e-5, 0},
+                                                                 {24, 8, 1e-6, 0},
+                                                                 {36, 10, 1e-7, 0},
+                                                                 {48, 12, 1e-8, 0}}};
+static const listed_rule rough = {2, 1, 1e-2, 0}; /* CO_ROUGH_RULE */
 enum {
     MIN_RINGS = 4, /* least number of rings at an extraordinary vertex */
     MAX_RINGS = 40 /* largest number of rings */
@@ -85,18 +90,24 @@ static int set_of(int32_t surface, int32_t kind) {
 co_face_rule co_face_rule_of(int32_t surface, int32_t kind, int32_t number) {
     const int set = set_of(surface, kind);
     const listed_rule *r = number == CO_ROUGH_RULE ? &rough : &rules[set][number];
-    return (co_face_rule){.points = r->points, .least = r->least, .hole = r->hole, .fall = fall[set]};
+    return (co_face_rule){.points = r->points, .least = r->least, .hole = r->hole, .fall = r->fall};
 }
 
 int32_t co_face_rule_coarsest(int32_t surface, int32_t kind) {
     return set_of(surface, kind) == RULES_LIMIT ? CO_ROUGH_RULE : 0;
 }
 
-int co_face_rule_points(const co_face_rule *rule, int ring) {
-    int points = rule->fall > 0 ? (int)ceil(rule->points * co_power(rule->fall, ring - 1)) : rule->points - (ring - 1);
+co_cell_rule co_face_rule_of_cell(const co_face_rule *rule, int ring) {
+    int points =
+        rule->fall > 0 ? (int)floor(rule->points * co_power(rule->fall, ring - 1) + 0.5) : rule->points - (ring - 1);
     points = points > rule->least ? points : rule->least;
-    int splits = (points + CO_FACE_RULE_GAUSS - 1) / CO_FACE_RULE_GAUSS; /* equal sub-cells: rounded up to a multiple */
-    return (points + splits - 1) / splits * splits;
+    const int splits = (points + CO_SQUARE_RULE_GAUSS - 1) / CO_SQUARE_RULE_GAUSS;
+    return (co_cell_rule){.splits = splits, .gauss = (points + splits - 1) / splits};
+}
+
+int32_t co_face_rule_samples(const co_face_rule *rule, int ring) {
+    const co_cell_rule c = co_face_rule_of_cell(rule, ring);
+    return c.splits * c.splits * co_square_rule_size(c.gauss);
 }
 
 co_ring_tail co_face_rule_tail(const co_face_rule *rule, const co_stam_disc *disc, int32_t surface) {
