@@ -202,7 +202,7 @@ SLOW = (("mixed", "mvs"), ("frame", "mvs"))  # tens of seconds each
 def test_claims_and_the_oracle_alone(name, energy, capsys):
     """Cages that the oracle finds easy: every kind of vertex, two blends that wait for a subdivision."""
     mesh = {"star": lambda: sphere_like(4, "star_xyz"), "mixed": lambda: mixed_cage(0), "frame": lambda: genus_cage(2),
-            "kites": lambda: quad_cage(trapezohedron(7), 7, 0.08)}[name]()
+            "kites": lambda: quad_cage(trapezohedron(7), 8, 0.08)}[name]()
     value, off = settled(mesh, energy)
     objective, claimed, *_ = claim_of(mesh, energy)
     true = abs(value - objective)
