@@ -1,4 +1,4 @@
-/* Which points a rule takes on a face: rings round an extraordinary vertex, and Gauss points in their cells.
+/* Which points a rule takes on a face: rings round an extraordinary vertex, and the rules of their cells.
  * SPDX-License-Identifier: GPL-3.0-or-later */
 #include "surface/face_rule.h"
 
@@ -30,46 +30,26 @@ typedef struct listed_rule {
     int points, least;
     double hole, fall; /* fall 0: by one from ring to ring */
 } listed_rule;
-static const listed_rule rules[N_RULE_SETS][CO_LADDER_RULES] = {{{3, 3, 1, 0},
-                                                                 {4, 4, 1, 0},
-                                                                 {6, 6, 1, 0},
-                                                                 {12, 12, 1, 0},
-                                                                 {24, 24, 1, 0},
-                                                                 {48, 48, 1, 0},
-                                                                 {72, 72, 1, 0},
-                                                                 {96, 96, 1, 0}},
-                                                                {{3, 2, 1e-3, 0},
-                                                                 {4, 3, 1e-4, 0},
-                                                                 {6, 4, 1e-5, 0},
-                                                                 {10, 5, 1e-6, 0},
-                                                                 {16, 6, 1e-7, 0},
-                                                                 {24, 8, 1e-8, 0},
-                                                                 {36, 10, 1e-9, 0},
-                                                                 {48, 12, 1e-9, 0}},
-                                                                {{8, 3, 1e-3, 0.5},
-                                                                 {16, 4, 1e-4, 0.5},
-                                                                 {24, 5, 1e-5, 0.5},
-                                                                 {36, 6, 1e-6, 0.5},
-                                                                 {48, 7, 1e-7, 0.5},
-                                                                 {72, 8, 1e-8, 0.5},
-                                                                 {96, 9, 3e-9, 0.5},
-                                                                 {120, 10, 1e-9, 0.5}},
-                                                                {{4, 1, 1e-3, 0.62},
-                                                                 {6, 1, 1e-4, 0.64},
-                                                                 {8, 2, 1e-5, 0.62},
-                                                                 {12, 3, 1e-6, 0.62},
-                                                                 {16, 4, 3e-7, 0.62},
-                                                                 {24, 6, 1e-7, 0.62},
-                                                                 {36, 9, 3e-8, 0.62},
-                                                                 {48, 12, 1e-8, 0.62}},
-                                                                {{3, 2, 1e-1, 0},
-                                                                 {4, 3, 1e-2, 0},
-                                                                 {6, 4, 1e-3, 0},
-                                                                 {10, 5, 1e-4, 0},
-                                                                 {16, 6, 1e-5, 0},
-                                                                 {24, 8, 1e-6, 0},
-                                                                 {36, 10, 1e-7, 0},
-                                                                 {48, 12, 1e-8, 0}}};
+static const listed_rule of_regular[CO_LADDER_RULES] = {
+    {.points = 3, .hole = 1},  {.points = 4, .hole = 1},  {.points = 6, .hole = 1},  {.points = 12, .hole = 1},
+    {.points = 24, .hole = 1}, {.points = 48, .hole = 1}, {.points = 72, .hole = 1}, {.points = 96, .hole = 1}};
+static const listed_rule of_limit[CO_LADDER_RULES] = {{3, 2, 1e-3, 0},   {4, 3, 1e-4, 0},  {6, 4, 1e-5, 0},
+                                                      {10, 5, 1e-6, 0},  {16, 6, 1e-7, 0}, {24, 8, 1e-8, 0},
+                                                      {36, 10, 1e-9, 0}, {48, 12, 1e-9, 0}};
+static const listed_rule of_plane[CO_LADDER_RULES] = {{8, 3, 1e-3, 0.5},  {16, 4, 1e-4, 0.5},  {24, 5, 1e-5, 0.5},
+                                                      {36, 6, 1e-6, 0.5}, {48, 7, 1e-7, 0.5},  {72, 8, 1e-8, 0.5},
+                                                      {96, 9, 3e-9, 0.5}, {120, 10, 1e-9, 0.5}};
+static const listed_rule of_polynomial[CO_LADDER_RULES] = {
+    {4, 1, 1e-3, 0.62},  {6, 1, 1e-4, 0.64},  {8, 2, 1e-5, 0.62},  {12, 3, 1e-6, 0.62},
+    {16, 4, 3e-7, 0.62}, {24, 6, 1e-7, 0.62}, {36, 9, 3e-8, 0.62}, {48, 12, 1e-8, 0.62}};
+static const listed_rule of_wide[CO_LADDER_RULES] = {{3, 2, 1e-1, 0},   {4, 3, 1e-2, 0},  {6, 4, 1e-3, 0},
+                                                     {10, 5, 1e-4, 0},  {16, 6, 1e-5, 0}, {24, 8, 1e-6, 0},
+                                                     {36, 10, 1e-7, 0}, {48, 12, 1e-8, 0}};
+static const listed_rule *const rules[N_RULE_SETS] = {[RULES_REGULAR] = of_regular,
+                                                      [RULES_LIMIT] = of_limit,
+                                                      [RULES_PLANE] = of_plane,
+                                                      [RULES_POLYNOMIAL] = of_polynomial,
+                                                      [RULES_WIDE] = of_wide};
 static const listed_rule rough = {2, 1, 1e-2, 0}; /* CO_ROUGH_RULE */
 enum {
     MIN_RINGS = 4, /* least number of rings at an extraordinary vertex */
