@@ -52,7 +52,7 @@ static void test_rows_of_positions_sum_to_one_and_of_derivatives_to_zero(void **
 
 static void test_regular_weights_sum_to_one(void **state) {
     (void)state;
-    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
+    for (int32_t rule = 0; rule < CO_LADDER_RULES; rule++) {
         co_basis_table *t = table_of(CURVOPT_SURFACE_LIMIT, 4, rule);
         double area = 0, curvature = 0;
         for (int32_t s = 0; s < t->n_samples; s++) {
@@ -69,7 +69,7 @@ static void test_regular_weights_sum_to_one(void **state) {
 /* The integral of u^a v^b over a regular face, positions being (u, v) themselves. */
 static void test_regular_rules_integrate_polynomials_over_the_face(void **state) {
     (void)state;
-    for (int32_t rule = 0; rule < CO_N_RULES; rule++) {
+    for (int32_t rule = 0; rule < CO_LADDER_RULES; rule++) {
         co_basis_table *t = table_of(CURVOPT_SURFACE_LIMIT, 4, rule);
         double sum = 0;
         for (int32_t s = 0; s < t->n_samples; s++) {
