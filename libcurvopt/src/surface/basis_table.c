@@ -124,17 +124,23 @@ static int32_t add_samples(co_basis_table *t, const cell_samples *c, int32_t sam
     return sample + n;
 }
 
+/* Point i of a side that has so many sub-cells, with Gauss's nodes [gauss] in each. */
+static double place_of(const co_cell_rule *rule, const double *node, int i) {
+    return (i / rule->gauss + node[i % rule->gauss]) / rule->splits;
+}
+
 /* A regular face's samples: the product of Gauss's rule with itself, in sub-cells where it has many points. */
 static void add_grid(co_basis_table *t, const cell_samples *c) {
-    const int splits = c->rule.splits, gauss = c->rule.gauss, n = t->n_side;
+    const co_cell_rule *rule = &c->rule;
+    const int n = t->n_side;
     double node[CO_SQUARE_RULE_GAUSS], weight[CO_SQUARE_RULE_GAUSS];
-    co_gauss_legendre(gauss, node, weight);
+    co_gauss_legendre(rule->gauss, node, weight);
     for (int i = 0; i < n; i++)
-        co_bspline_cubic((i / gauss + node[i % gauss]) / splits, (double(*)[4])(t->side + 16 * (size_t)i));
+        co_bspline_cubic(place_of(rule, node, i), (double(*)[4])(t->side + 16 * (size_t)i));
     for (int k = 0; k < n * n; k++) {
         const int i = k % n, j = k / n;
-        store_sample(t, c, (i / gauss + node[i % gauss]) / splits, (j / gauss + node[j % gauss]) / splits,
-                     weight[i % gauss] * weight[j % gauss] / (splits * splits), k);
+        store_sample(t, c, place_of(rule, node, i), place_of(rule, node, j),
+                     weight[i % rule->gauss] * weight[j % rule->gauss] / (rule->splits * rule->splits), k);
     }
 }
 

@@ -20,8 +20,8 @@
  * - `plane`, `polynomial`: by the factor `fall`. A blend varies most in the first ring.
  * - the vertex of a wide disc: by one, and down to a large hole, since w is flat there and the surface all but a
  *   polynomial of the chart.
- * Every rule is finer than the one before it wherever that one is off by more than this one, or comparing the two would
- * not tell what is missing.
+ * Every rule is finer than the one before it in the outer rings, and has a deeper hole. Inner rings may have the same
+ * rule in both, if what that is off by is little: comparing the two would not tell what is missing there.
  *
  * Example: rule 1 of `limit`, {4, 3, 1e-4, 0}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of degrees 7, 5, 5, 5, 5, 5: 3 (12 + 5 * 8) = 156 samples. */
