@@ -291,6 +291,20 @@ static void test_saddle_is_left(void **state) {
     CHECK_NEAR(value, 0.75, 1e-12);
 }
 
+/* The minimum is a hair below the saddle, by less than the tolerance: closely it is found all the same. */
+static void test_shallow_saddle_is_left_closely(void **state) {
+    (void)state;
+    for (int closely = 0; closely < 2; closely++) {
+        problem p = {.shape = SADDLE};
+        double x[2], value;
+        co_method_options o = usual;
+        o.decrement_tolerance = 0.3; /* it is .25 below */
+        o.closely = closely;
+        CHECK_INT(run(&p, o, 0, 1e-3, x, &value).stop, CURVOPT_STOP_CONVERGED);
+        CHECK_NEAR(value, closely ? 0.75 : 1, 0.05);
+    }
+}
+
 /* Indefinite at first, and a hundred thousand times softer one way than the other. */
 static void test_stiff_and_soft(void **state) {
     (void)state;
@@ -421,7 +435,7 @@ static void test_nothing_found(void **state) {
         CHECK_INT(end.iterations, 0);
         p = (problem){.shape = WRONG, .seen = 1};
         o.closely = 0;
-        CHECK_INT(run(&p, o, 0, 0, x, &value).stop, CURVOPT_STOP_CONVERGED);
+        CHECK_INT(run(&p, o, 0, 1e-3, x, &value).stop, CURVOPT_STOP_CONVERGED);
     }
 }
 
@@ -561,6 +575,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_curved_valley),
         cmocka_unit_test(test_saddle_is_left),
+        cmocka_unit_test(test_shallow_saddle_is_left_closely),
         cmocka_unit_test(test_stiff_and_soft),
         cmocka_unit_test(test_steps_keep_to_the_cap),
         cmocka_unit_test(test_rejected_step),

@@ -15,9 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the value: below, a decrease is rounding for the most part. */
-static const double KNOWN_DECREASE = 1e-11;
-
 typedef struct history {
     int memory, n_pairs, newest;
     double *s, *y;      /* [memory][n] */
@@ -129,7 +126,7 @@ static double step_excess_of(const solver *s, double length, double step) {
  * (Nocedal, Wright, "Numerical optimization", 2nd ed. 2006, eq. 3.60). */
 static double first_step(const solver *s, const co_iterate *now) {
     const double least = s->options->tuning->lbfgs_least_part, margin = 1.01;
-    if (!s->f->precondition || !(s->decrease > KNOWN_DECREASE * fabs(now->value)))
+    if (!s->f->precondition || !(s->decrease > CO_KNOWN_DECREASE * fabs(now->value)))
         return 1;
     return fmin(1, fmax(least, -2 * margin * s->decrease / s->slope));
 }

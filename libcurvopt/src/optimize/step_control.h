@@ -6,6 +6,9 @@
 #include "base/tuning.h"
 #include "optimize/objective.h"
 
+/* Of the value: below, a decrease is rounding for the most part. */
+#define CO_KNOWN_DECREASE 1e-11
+
 /* What a method is asked for. Tolerances are relative to |value|. */
 typedef struct co_method_options {
     const co_tuning *tuning;

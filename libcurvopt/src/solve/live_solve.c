@@ -239,7 +239,7 @@ static int is_unfinished(const curvopt_solver *s, co_live_way way) {
     if (!co_run_wants_verdict(r) || co_run_stopped_early(r) || co_run_context_is_cancelled(&r->context))
         return 0;
     if (way != BY_FACTOR)
-        return co_run_ended_unstationary(r, is_result(s->level) ? s->level : s->normals);
+        return co_run_is_unfinished(r, is_result(s->level) ? s->level : s->normals);
     return found->verdict == CURVOPT_VERDICT_SADDLE || found->verdict == CURVOPT_VERDICT_NOT_STATIONARY ||
            found->newton_decrement > most * fabs(r->at.report.energy + r->at.penalty);
 }

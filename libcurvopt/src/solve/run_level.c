@@ -59,7 +59,7 @@ int32_t co_run_level_solve(co_run *r, int32_t number, curvopt_error *error) {
     const int ends = level && co_run_level_ends_run(r, number);
     if (status == CURVOPT_OK && ends)
         status = judge(r, level, error);
-    if (status == CURVOPT_OK && ends && co_run_ended_unstationary(r, level)) {
+    if (status == CURVOPT_OK && ends && co_run_is_unfinished(r, level)) {
         status = co_run_solve_on(r, level, error);
         if (status == CURVOPT_OK)
             status = judge(r, level, error);

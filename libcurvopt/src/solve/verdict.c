@@ -88,9 +88,9 @@ int co_run_wants_verdict(const co_run *r) {
            r->result->mesh->info.n_vertices <= LARGEST_CERTIFIED;
 }
 
-int co_run_ended_unstationary(const co_run *r, const co_level *l) {
-    const int stop = r->at.report.stop;
+int co_run_is_unfinished(const co_run *r, const co_level *l) {
+    const int stop = r->at.report.stop, verdict = r->result->summary.verdict;
     return l->hessian.exists && co_run_wants_verdict(r) &&
            (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_STALLED) &&
-           r->result->summary.verdict == CURVOPT_VERDICT_NOT_STATIONARY;
+           (verdict == CURVOPT_VERDICT_NOT_STATIONARY || verdict == CURVOPT_VERDICT_SADDLE);
 }
