@@ -267,11 +267,10 @@ static int find_step_by_same_matrix(solver *s, const co_iterate *now) {
 }
 
 /* A step away from a saddle into s->trial, as long as the cap or shorter by halves; 0 if there is none that brings a
- * decrease worth the name: more than the tolerance, or, closely, more than rounding. A minimum may lie next to a saddle
- * and next to nothing below it. */
+ * decrease worth the name. */
 static int leave_saddle(solver *s, const co_iterate *now) {
     const co_tuning *t = s->tuning;
-    const double least = (s->options->closely ? CO_KNOWN_DECREASE : s->options->decrement_tolerance) * fabs(now->value);
+    const double least = s->options->saddle_decrease * fabs(now->value);
     if (!s->f->negative_curvature(s->f->context, now, s->direction))
         return 0;
     double length = s->f->step_length(s->f->context, s->direction), scale = s->control.cap / length;

@@ -17,13 +17,14 @@ typedef struct co_method_options {
     double decrement_tolerance; /* converged when the model, being positive, promises no more than this */
     double settled_decrease;    /* settled when settled_steps steps bring less than this; plain L-BFGS never settles */
     int settled_steps;
-    double max_step;  /* longest step, by the objective's step_length() */
-    int small_steps;  /* in a row, that promise so little, before L-BFGS has converged; 0: tuning's */
-    int memory;       /* pairs that L-BFGS keeps */
-    int by_hessian;   /* L-BFGS' preconditioner is the Hessian, not the Gauss-Newton matrix */
-    int is_scaled;    /* that preconditioner is, where it is too soft */
-    int update_every; /* steps between updates of L-BFGS' preconditioner */
-    int keeps_matrix; /* Newton's method goes on by a matrix whose last step came true */
+    double max_step;        /* longest step, by the objective's step_length() */
+    int small_steps;        /* in a row, that promise so little, before L-BFGS has converged; 0: tuning's */
+    int memory;             /* pairs that L-BFGS keeps */
+    int by_hessian;         /* L-BFGS' preconditioner is the Hessian, not the Gauss-Newton matrix */
+    int is_scaled;          /* that preconditioner is, where it is too soft */
+    int update_every;       /* steps between updates of L-BFGS' preconditioner */
+    int keeps_matrix;       /* Newton's method goes on by a matrix whose last step came true */
+    double saddle_decrease; /* Newton's method leaves a saddle for no less */
     int closely; /* Newton's method asks for matrices closely from the first one on, and a step that is small by its
                     shift is not its end: for where the certificate was not met */
 } co_method_options;

@@ -92,5 +92,6 @@ int co_run_is_unfinished(const co_run *r, const co_level *l) {
     const int stop = r->at.report.stop, verdict = r->result->summary.verdict;
     return l->hessian.exists && co_run_wants_verdict(r) &&
            (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_STALLED) &&
-           (verdict == CURVOPT_VERDICT_NOT_STATIONARY || verdict == CURVOPT_VERDICT_SADDLE);
+           (verdict == CURVOPT_VERDICT_NOT_STATIONARY ||
+            (verdict == CURVOPT_VERDICT_SADDLE && l->motion == CO_MOTION_NORMALS)); /* not by what slides */
 }
