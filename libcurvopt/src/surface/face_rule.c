@@ -10,9 +10,10 @@
 #include <math.h>
 
 /* Quadrature rules of each kind of face, from coarse to fine, found by experiment
- * (notes/20-rules-at-an-extraordinary-vertex.md). A regular face has one product rule of Gauss. Round an extraordinary
- * vertex each ring of three cells has rules of its own, down to a hole; the integral over the hole is not dropped: what
- * happens in the last ring repeats in the rings inside it with a known ratio (co_ring_tail), which its weights take up.
+ * (notes/20-rules-at-an-extraordinary-vertex.md). A regular face has a product rule of Gauss, one of a wide disc away
+ * from the vertex a rule that is exact to a total degree. Round an extraordinary vertex each ring of three cells has
+ * rules of its own, down to a hole; the integral over the hole is not dropped: what happens in the last ring repeats in
+ * the rings inside it with a known ratio (co_ring_tail), which its weights take up.
  *
  * The degree to which a cell's rule is exact, here as the points a side of Gauss's rule of that degree (square_rule.h),
  * falls from ring to ring, down to `least`:
@@ -25,7 +26,7 @@
  *
  * Example: rule 1 of `limit`, {4, 3, 1e-4, 0}, at valence 3. Integrals shrink by lambda^2 = 0.168 a ring, and 0.168^6 <
  * 1e-4 makes 6 rings, of degrees 7, 5, 5, 5, 5, 5: 3 (12 + 5 * 8) = 156 samples. */
-enum { RULES_REGULAR, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
+enum { RULES_REGULAR, RULES_PIECE, RULES_LIMIT, RULES_PLANE, RULES_POLYNOMIAL, RULES_WIDE, N_RULE_SETS };
 typedef struct listed_rule {
     int points, least;
     double hole, fall; /* fall 0: by one from ring to ring */
@@ -33,23 +34,24 @@ typedef struct listed_rule {
 static const listed_rule of_regular[CO_LADDER_RULES] = {
     {.points = 3, .hole = 1},  {.points = 4, .hole = 1},  {.points = 6, .hole = 1},  {.points = 12, .hole = 1},
     {.points = 24, .hole = 1}, {.points = 48, .hole = 1}, {.points = 72, .hole = 1}, {.points = 96, .hole = 1}};
+static const listed_rule of_piece[CO_LADDER_RULES] = {
+    {.points = 3, .hole = 1},  {.points = 4, .hole = 1},  {.points = 6, .hole = 1},  {.points = 8, .hole = 1},
+    {.points = 11, .hole = 1}, {.points = 18, .hole = 1}, {.points = 30, .hole = 1}, {.points = 50, .hole = 1}};
 static const listed_rule of_limit[CO_LADDER_RULES] = {{3, 2, 1e-3, 0},   {4, 3, 1e-4, 0},  {6, 4, 1e-5, 0},
-                                                      {10, 5, 1e-6, 0},  {16, 6, 1e-7, 0}, {24, 8, 1e-8, 0},
-                                                      {36, 10, 1e-9, 0}, {48, 12, 1e-9, 0}};
+                                                      {10, 5, 1e-6, 0},  {16, 6, 1e-7, 0}, {22, 8, 1e-8, 0},
+                                                      {33, 10, 1e-9, 0}, {44, 11, 1e-9, 0}};
 static const listed_rule of_plane[CO_LADDER_RULES] = {{8, 3, 1e-3, 0.5},  {16, 4, 1e-4, 0.5},  {24, 5, 1e-5, 0.5},
                                                       {36, 6, 1e-6, 0.5}, {48, 7, 1e-7, 0.5},  {72, 8, 1e-8, 0.5},
                                                       {96, 9, 3e-9, 0.5}, {120, 10, 1e-9, 0.5}};
 static const listed_rule of_polynomial[CO_LADDER_RULES] = {
     {4, 1, 1e-3, 0.62},  {6, 1, 1e-4, 0.64},  {8, 2, 1e-5, 0.62},  {12, 3, 1e-6, 0.62},
-    {16, 4, 3e-7, 0.62}, {24, 6, 1e-7, 0.62}, {36, 9, 3e-8, 0.62}, {48, 12, 1e-8, 0.62}};
+    {16, 4, 3e-7, 0.62}, {22, 6, 1e-7, 0.62}, {33, 9, 3e-8, 0.62}, {44, 11, 1e-8, 0.62}};
 static const listed_rule of_wide[CO_LADDER_RULES] = {{3, 2, 1e-1, 0},   {4, 3, 1e-2, 0},  {6, 4, 1e-3, 0},
-                                                     {10, 5, 1e-4, 0},  {16, 6, 1e-5, 0}, {24, 8, 1e-6, 0},
-                                                     {36, 10, 1e-7, 0}, {48, 12, 1e-8, 0}};
-static const listed_rule *const rules[N_RULE_SETS] = {[RULES_REGULAR] = of_regular,
-                                                      [RULES_LIMIT] = of_limit,
-                                                      [RULES_PLANE] = of_plane,
-                                                      [RULES_POLYNOMIAL] = of_polynomial,
-                                                      [RULES_WIDE] = of_wide};
+                                                     {10, 5, 1e-4, 0},  {16, 6, 1e-5, 0}, {22, 8, 1e-6, 0},
+                                                     {33, 10, 1e-7, 0}, {44, 11, 1e-8, 0}};
+static const listed_rule *const rules[N_RULE_SETS] = {
+    [RULES_REGULAR] = of_regular, [RULES_PIECE] = of_piece,           [RULES_LIMIT] = of_limit,
+    [RULES_PLANE] = of_plane,     [RULES_POLYNOMIAL] = of_polynomial, [RULES_WIDE] = of_wide};
 static const listed_rule rough = {2, 1, 1e-2, 0}; /* CO_ROUGH_RULE */
 enum {
     MIN_RINGS = 4, /* least number of rings at an extraordinary vertex */
@@ -60,8 +62,10 @@ static int set_of(int32_t surface, int32_t kind) {
     static const int of_surface[] = {[CURVOPT_SURFACE_LIMIT] = RULES_LIMIT,
                                      [CURVOPT_SURFACE_PLANE] = RULES_PLANE,
                                      [CURVOPT_SURFACE_POLYNOMIAL] = RULES_POLYNOMIAL};
-    if (co_patches_is_one_piece(kind))
+    if (kind == CO_FAN_REGULAR)
         return RULES_REGULAR;
+    if (co_patches_is_one_piece(kind))
+        return RULES_PIECE;
     if (co_fan_is_half(kind)) /* whose E is as narrow as a blend of width 1 (blend_fit_half.h) */
         return RULES_POLYNOMIAL;
     return co_fan_is_wide(kind) && co_fan_wide_width(kind) > 1 ? RULES_WIDE : of_surface[surface];

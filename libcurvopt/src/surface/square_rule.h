@@ -1,6 +1,6 @@
 /* Cubature on the square 0..1 x 0..1, as symmetric as the square itself, exact for polynomials of a total degree. From
  * degree 5 on it takes fewer points than Gauss's product rule of that degree.
- * Rules of 8 to 60 points have the orbits of F. D. Witherden, P. E. Vincent, "On the identification of symmetric
+ * Rules of 8 to 85 points have the orbits of F. D. Witherden, P. E. Vincent, "On the identification of symmetric
  * quadrature rules for finite element methods", Comput. Math. Appl. 69(10), 2015 (of 12 points already G. W.
  * Tyler, 1953). SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef CO_SURFACE_SQUARE_RULE_H
