@@ -33,7 +33,8 @@ co_level_schedule co_level_schedule_make(const co_level_facts *f, const co_tunin
         .stationary = t->stationary * tolerance};
     if (f->is_near && f->stops_short)
         start_near(f, &s);
-    /* Closely, and where nothing slides: a minimum may lie next to a saddle, and next to nothing below it. */
+    /* Closely, and where nothing slides: no single step from a saddle may bring the tolerance, and a minimum be near.
+     */
     s.options.saddle_decrease = f->closely && f->is_on_normals ? CO_KNOWN_DECREASE : s.options.decrement_tolerance;
     s.forming = s.options;
     s.forming.by_hessian = 0;
