@@ -140,6 +140,17 @@ static void test_components_are_mapped_together(void **state) {
     expect_order(cage_both(cage_torus(6, 4, 2, 0.5), cage_torus(3, 4, 4, 0.5), 0), 1, 12);
 }
 
+/* Faces that are there twice: every element is a permutation, the identity is one that moves nothing, and two cubes may
+ * change places. Which of three do is no matter of where they are, so that nothing is kept of them. */
+static void test_components_that_lie_in_the_same_place_are_not_mixed_up(void **state) {
+    (void)state;
+    expect_order(cage_both(cage_cube(), cage_cube(), 0), 1, 96);
+    expect_order(cage_both(cage_cube(), cage_both(cage_cube(), cage_cube(), 0), 0), 1, 1);
+    expect_order(
+        cage_both(cage_torus(3, 4, 4, 0.5), cage_both(cage_torus(6, 4, 2, 0.5), cage_torus(6, 4, 2, 0.5), 0), 0), 1,
+        12);
+}
+
 /* Vertices on a line or in one point determine no motion; a torus of 1 024 symmetries has too many. */
 static void test_what_is_no_group_is_the_trivial_one(void **state) {
     (void)state;
@@ -239,6 +250,7 @@ int main(void) {
         cmocka_unit_test(test_groups_have_the_order_of_their_solids),
         cmocka_unit_test(test_matrices_are_those_of_a_group_though_positions_are_not_exact),
         cmocka_unit_test(test_components_are_mapped_together),
+        cmocka_unit_test(test_components_that_lie_in_the_same_place_are_not_mixed_up),
         cmocka_unit_test(test_what_is_no_group_is_the_trivial_one),
         cmocka_unit_test(test_marks_on_the_cage_are_kept),
         cmocka_unit_test(test_subdivision_keeps_the_group),

@@ -34,8 +34,11 @@ typedef struct search {
     double *x;                  /* [3 n_vertices] centroid 0, radius 1 */
     double *length;             /* [n_vertices] |x| */
     int32_t *queue;             /* [n_corners] */
+    uint8_t *taken;             /* [n_corners] whether the map that is made has it as an image */
     int with_mirrors;
-    int32_t seed;      /* corner whose images are tried */
+    int32_t seed;   /* corner whose images are tried */
+    int32_t *start; /* [n_starts] a corner of each part that hangs together by edges; room for n_corners */
+    int32_t n_starts;
     double tolerance;  /* length, at radius 1 */
     co_symmetry found; /* room for LARGEST_ORDER elements, one more than is used */
     int32_t room;      /* elements that there is room for; maps of those that were not found are UNSET */
@@ -49,6 +52,7 @@ static int32_t *map_of(const search *s, int32_t g) {
 static void forget_map(const search *s, int32_t g) {
     for (int32_t h = 0; h < s->found.n_corners; h++)
         map_of(s, g)[h] = UNSET;
+    memset(s->taken, 0, (size_t)s->found.n_corners);
 }
 
 static int32_t grow(search *s, curvopt_error *error) {
@@ -116,16 +120,22 @@ static int may_go(const search *s, int32_t h, int32_t to, int mirrored) {
            co_soft_constraints_alike(&s->constraints->springs, v, w);
 }
 
+/* Maps corner h to a corner that is no image yet, if it may go there; whether it does. */
+static int map_corner(search *s, int32_t h, int32_t to, int mirrored, int32_t *map, int32_t *n) {
+    if (s->taken[to] || !may_go(s, h, to, mirrored))
+        return 0;
+    map[h] = to;
+    s->taken[to] = 1;
+    s->queue[(*n)++] = h;
+    return 1;
+}
+
 /* Follows corner h -> to over its component; s->queue [the number returned] has the corners that were mapped, *fits
  * whether that went well. */
 static int32_t follow(search *s, int32_t h, int32_t to, int mirrored, int32_t *map, int *fits) {
     const curvopt_mesh *m = s->mesh;
     int32_t n = 0;
-    *fits = may_go(s, h, to, mirrored);
-    if (!*fits)
-        return 0;
-    map[h] = to;
-    s->queue[n++] = h;
+    *fits = map_corner(s, h, to, mirrored, map, &n);
     for (int32_t head = 0; head < n; head++) {
         int32_t at = s->queue[head], image = map[at], edge = image_of_edge(m, image, mirrored);
         int32_t next[2] = {co_mesh_next(m, at), m->twin[at]};
@@ -136,11 +146,9 @@ static int32_t follow(search *s, int32_t h, int32_t to, int mirrored, int32_t *m
             if (next[k] < 0)
                 continue;
             if (map[next[k]] == UNSET) {
-                *fits = may_go(s, next[k], next_image[k], mirrored);
+                *fits = map_corner(s, next[k], next_image[k], mirrored, map, &n);
                 if (!*fits)
                     return n;
-                map[next[k]] = next_image[k];
-                s->queue[n++] = next[k];
             } else if (map[next[k]] != next_image[k]) {
                 *fits = 0;
                 return n;
@@ -157,8 +165,10 @@ static int propagate(search *s, int32_t h, int32_t to, int mirrored, const doubl
     int32_t n = follow(s, h, to, mirrored, map, &fits);
     for (int32_t i = 0; motion && fits && i < n; i++)
         fits = goes_to(s, motion, s->mesh->corner_vertex[s->queue[i]], s->mesh->corner_vertex[map[s->queue[i]]]);
-    for (int32_t i = 0; !fits && i < n; i++)
+    for (int32_t i = 0; !fits && i < n; i++) {
+        s->taken[map[s->queue[i]]] = 0;
         map[s->queue[i]] = UNSET;
+    }
     return fits;
 }
 
@@ -226,18 +236,28 @@ static int is_motion(const search *s, const int32_t *map, const double matrix[9]
     return co_value_index_keeps(&s->held, &motion) && co_value_index_keeps(&s->drawn, &motion);
 }
 
-/* The other components, once the first has told the motion. */
-static int map_components(search *s, const double matrix[9], int mirrored, int32_t *map) {
+/* Another component, from its corner h on. Where several lie in the same place, one that stays where it is does so:
+ * the identity is one. */
+static int map_component(search *s, int32_t h, const double matrix[9], int mirrored, int32_t *map) {
     const curvopt_mesh *m = s->mesh;
-    for (int32_t h = 0; h < m->info.n_corners; h++) {
-        int32_t to = 0;
-        for (; map[h] == UNSET && to < m->info.n_corners; to++)
-            if (goes_to(s, matrix, m->corner_vertex[h], m->corner_vertex[to]) &&
-                propagate(s, h, to, mirrored, matrix, map))
-                break;
-        if (to == m->info.n_corners)
-            return 0;
+    for (int32_t k = -1; k < m->info.n_corners; k++) {
+        int32_t to = k < 0 ? h : k;
+        if (goes_to(s, matrix, m->corner_vertex[h], m->corner_vertex[to]) && propagate(s, h, to, mirrored, matrix, map))
+            return 1;
     }
+    return 0;
+}
+
+/* The other components, once the first has told the motion. The identity, which comes first, finds where they start. */
+static int map_components(search *s, const double matrix[9], int mirrored, int32_t *map) {
+    const int is_identity = s->found.order == 0;
+    for (int32_t h = 0; h < s->mesh->info.n_corners; h++)
+        if (map[h] == UNSET) {
+            if (!map_component(s, h, matrix, mirrored, map))
+                return 0;
+            if (is_identity)
+                s->start[s->n_starts++] = h;
+        }
     return 1;
 }
 
@@ -254,10 +274,12 @@ static int32_t try_image(search *s, int32_t to, int mirrored, curvopt_error *err
     double *matrix = s->found.matrix + 9 * (size_t)s->found.order;
     if (!propagate(s, s->seed, to, mirrored, NULL, map))
         return CURVOPT_OK;
-    if (fit_motion(s, map, matrix) && map_components(s, matrix, mirrored, map) && is_motion(s, map, matrix))
+    if (fit_motion(s, map, matrix) && map_components(s, matrix, mirrored, map) && is_motion(s, map, matrix)) {
         s->found.mirrored[s->found.order++] = (uint8_t)mirrored;
-    else
+        memset(s->taken, 0, (size_t)s->found.n_corners);
+    } else {
         forget_map(s, s->found.order);
+    }
     return CURVOPT_OK;
 }
 
@@ -299,6 +321,7 @@ static int32_t find_all(search *s, curvopt_error *error) {
     int32_t status = choose_seed(s, error);
     while (s->found.order > 0)
         forget_map(s, --s->found.order);
+    s->n_starts = 0;
     if (status == CURVOPT_OK)
         status = try_image(s, s->seed, 0, error); /* the identity comes first */
     for (int32_t to = 0; status == CURVOPT_OK && to < s->found.n_corners && s->found.order <= LARGEST_ORDER; to++)
@@ -310,16 +333,30 @@ static int32_t find_all(search *s, curvopt_error *error) {
 
 /* --------------------------------------------------------------------------------------------------- group -- */
 
+/* Whether element k takes corner h where b and then a take it. A component follows from one corner. */
+static int is_product_at(const search *s, int32_t h, int32_t k, int32_t a, int32_t b) {
+    return map_of(s, k)[h] == map_of(s, a)[map_of(s, b)[h]];
+}
+
+/* The element that is b, then a, or the order if there is none. */
+static int32_t product_of(const search *s, int32_t a, int32_t b) {
+    const co_symmetry *f = &s->found;
+    int32_t k = 0;
+    while (k < f->order && !(is_product_at(s, s->seed, k, a, b) && f->mirrored[k] == (f->mirrored[a] ^ f->mirrored[b])))
+        k++;
+    for (int32_t i = 0; k < f->order && i < s->n_starts; i++)
+        if (!is_product_at(s, s->start[i], k, a,
+                           b)) /* components that lie in the same place are told apart by chance */
+            return f->order;
+    return k;
+}
+
 /* Fills the table of products; 0 if the elements are no group. */
 static int multiply(search *s) {
     co_symmetry *f = &s->found;
-    size_t n = (size_t)f->n_corners;
     for (int32_t a = 0; a < f->order; a++)
         for (int32_t b = 0; b < f->order; b++) {
-            int32_t image = f->corner[(size_t)a * n + (size_t)f->corner[(size_t)b * n + (size_t)s->seed]], k = 0;
-            while (k < f->order && (f->corner[(size_t)k * n + (size_t)s->seed] != image ||
-                                    f->mirrored[k] != (f->mirrored[a] ^ f->mirrored[b])))
-                k++;
+            int32_t k = product_of(s, a, b);
             if (k == f->order)
                 return 0;
             f->product[a * f->order + b] = k;
@@ -388,6 +425,8 @@ static void end_search(search *s) {
     free(s->x);
     free(s->length);
     free(s->queue);
+    free(s->taken);
+    free(s->start);
     co_value_index_free(&s->held);
     co_value_index_free(&s->drawn);
 }
@@ -404,8 +443,10 @@ static int32_t begin_search(const curvopt_mesh *m, const double *xyz, const co_c
                   .x = CO_NEW(double, 3 * n),
                   .length = CO_NEW(double, n),
                   .queue = CO_NEW(int32_t, m->info.n_corners),
+                  .taken = CO_NEW(uint8_t, m->info.n_corners),
+                  .start = CO_NEW(int32_t, m->info.n_corners),
                   .found = {.n_corners = m->info.n_corners}};
-    if (!s->x || !s->length || !s->queue)
+    if (!s->x || !s->length || !s->queue || !s->taken || !s->start)
         return co_status_no_memory(error);
     memcpy(s->centroid, centroid, sizeof centroid);
     for (size_t i = 0; i < 3 * n; i++)
@@ -439,6 +480,7 @@ static int find_mirror(search *s, int axis, int32_t g) {
     for (int k = 0; k < 3; k++)
         matrix[4 * k] = k == axis ? -1 : 1;
     s->found.mirrored[g] = 1;
+    memset(s->taken, 0, (size_t)s->found.n_corners);
     return map_components(s, matrix, 1, map) && is_motion(s, map, matrix);
 }
 
