@@ -399,8 +399,9 @@ enum { CURVOPT_FREEDOM_OF_LIMIT_POINT = 4 };
  * cube, that is refused, too. On finer levels they do not overlap.
  *
  * Points, lines and planes go through where the vertices and limit points are, or through `places`: the first level
- * then begins with a cage that has been put there. Held limit points at places are interpolation. With a strength below
- * 1 only what is held exactly can have a place.
+ * then begins with a cage that has been put there. Held limit points at places are interpolation. A place is at most
+ * 1e9 times the cage's size (root mean square) away from its middle. With a strength below 1 only what is held exactly
+ * can have a place.
  *
  * A weight w between 0 and 1 draws a vertex to its point, line or plane by a spring, whose energy adds to the
  * objective: w / (1 - w) * (distance / size of the input)^2 * half of the stiffness of a sphere (for Willmore 24 pi).
@@ -1102,7 +1103,8 @@ typedef struct curvopt_summary {
                              the cage's normals. NAN: unknown, as the verdict */
     int32_t is_delicate;  /* a minimum of which that is more than 2e-3, as of one whose faces are tiny in places:
                              minimized again after such a touch, it may end elsewhere, lower or higher; of 132
-                             results that chose nothing no other one fell. Of several pieces: whether one of them is
+                             results that chose nothing no other one fell. Of several pieces: whether one of them is.
+                             0 with a strength below 1 or `within`: from the result these lead elsewhere anyway
                              (libcurvopt/notes/68-a-start-that-stands.md) */
     int32_t reserved;     /* 0 */
 } curvopt_summary;

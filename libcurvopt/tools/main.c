@@ -131,6 +131,19 @@ static void print_growth(const json_report *r, int32_t boundary) {
                "grown", times);
 }
 
+/* Relative distance from a number that is held up to which it is kept, as the verdict has it. */
+static const double KEPT = 1e-8;
+
+/* The numbers of the whole surface that are not what they were to be. */
+static void print_missed(const curvopt_summary *s) {
+    for (int k = 0; k < CURVOPT_N_SCALARS; k++)
+        if (fabs(s->scalar_residual[k]) > KEPT)
+            printf(
+                "%-22s %s is %.2g %% %s than it was to be: with all else that is asked for, the run came no nearer\n",
+                "not kept", curvopt_scalar_name(k), 100 * fabs(s->scalar_residual[k]),
+                s->scalar_residual[k] < 0 ? "less" : "more");
+}
+
 /* Says to people, not to programs, what the run did. */
 static void print_run(const json_report *r, const curvopt_options *options) {
     const curvopt_summary *s = r->summary;
@@ -161,6 +174,7 @@ static void print_run(const json_report *r, const curvopt_options *options) {
     if (isfinite(s->discretization_error))
         printf("%-22s %.2g  (estimated: what finer nets would still take away)\n", "discretization error",
                s->discretization_error);
+    print_missed(s);
     print_growth(r, options->boundary);
 }
 

@@ -97,6 +97,13 @@ def test_a_minimum_that_does_not_bear_a_touch_is_called_delicate():
     assert first.summary.is_delicate and first.summary.touch_rise > 2e-3 * first.summary.end.objective
 
 
+def test_what_stays_near_its_input_is_not_called_delicate():
+    """At low strengths a touch raises the springs, and who minimizes the result again asks for something else."""
+    result = lib.minimize(corpus_cage(7), "willmore", levels=1, strength=0.05)
+    assert result.verdict == "minimum" and result.summary.touch_rise > 2e-3 * result.summary.end.objective
+    assert not result.summary.is_delicate
+
+
 def test_saddles_are_left():
     """A saddle that symmetries hide is no minimum: touched, it goes down."""
     saddle = lib.minimize(sphere_like(4), "mvs_cross", levels=1, symmetry=KEEP, verify=1)

@@ -291,3 +291,13 @@ def test_what_cannot_be_reached_is_said():
     assert result.verdict == "not stationary"
     assert result.summary.scalar_residual[0] < -0.01
     assert math.isfinite(result.summary.end.objective)
+
+
+def test_the_command_line_says_what_was_not_kept(tmp_path):
+    """Within a hundredth the cube's volume cannot be 20; one that can be held is not spoken of."""
+    cage, options = str(OBJ / "sphere_cube.obj"), ("-o", str(tmp_path / "out.obj"), "--levels", "1")
+    missed = lib.run_cli("minimize", cage, *options, "--within", "0.01", "--volume", "20")
+    assert missed.returncode == 0
+    (line,) = (line for line in missed.stdout.splitlines() if line.startswith("not kept"))
+    assert "volume" in line and "% less than it was to be" in line
+    assert "not kept" not in lib.run_cli("minimize", cage, *options, "--volume", "20").stdout

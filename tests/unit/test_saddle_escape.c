@@ -22,8 +22,9 @@ static void test_each_halving_has_its_price(void **state) {
         for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
             CHECK_NEAR(co_symmetry_reduction_worth(&t, rows[i].order, rows[i].left), rows[i].halvings * t.loosen_half,
                        1e-15);
-        CHECK_NEAR(co_symmetry_reduction_worth(&t, 8, 8), t.loosen_half, 0);
-        CHECK_NEAR(co_symmetry_reduction_worth(&t, 1, 1), t.loosen_half, 0);
+        CHECK_NEAR(co_symmetry_reduction_worth(&t, 8, 8), t.loosen_same, 0);
+        CHECK_NEAR(co_symmetry_reduction_worth(&t, 1, 1), t.loosen_same, 0);
+        CHECK_TRUE(t.loosen_same < t.loosen_half);
         t.loosen_half = 0.25;
     }
 }
@@ -194,7 +195,7 @@ static void test_symmetries_go_as_far_as_that_is_worth_it(void **state) {
     CHECK_BETWEEN(gone.order, 1, 16);
     CHECK_BETWEEN(gone.energy, 0, (1 - co_symmetry_reduction_worth(&s->tuning, 32, gone.order)) * kept.energy);
     CHECK_TRUE(gone.iterations > kept.iterations); /* what led to the saddle counts */
-    s->tuning.loosen_half = 1;
+    s->tuning.loosen_half = s->tuning.loosen_same = 1;
     reduced dear = reduce(s, NULL, NULL);
     CHECK_INT(dear.order, 32);
     CHECK_INT(dear.stop, kept.stop);

@@ -129,6 +129,7 @@
     X(int, loosen_least_vertices, 20, 1, 1000000, "vertices", "below, ways down are those of few lines", "62")         \
     X(int, loosen_most_vertices, 2000, 1, 1000000, "vertices", "above, a run with less symmetry takes too long", "62") \
     X(double, loosen_half, 0.06, 1e-6, 1, "of the energy", "what giving up half of the symmetries must bring", "64")   \
+    X(double, loosen_same, 0.01, 1e-6, 1, "of the energy", "what a way down must bring that keeps them all", "64")     \
     X(double, loosen_perhaps, 0.5, 0.01, 1, "of that", "enough for a first of two steps", "64")                        \
     /* Certificate: solve/certificate.c. */                                                                            \
     X(double, certificate_stationary, 1e-6, 1e-12, 1e-2, "of the energy", "most of the Newton decrement", "70")

@@ -8,6 +8,7 @@
 #include "constraints/look_ahead.h"
 #include "constraints/pivots.h"
 #include "constraints/placement.h"
+#include "mesh/similarity.h"
 #include "surface/vertex_mask.h"
 
 #include <math.h>
@@ -19,7 +20,7 @@ static const double UNSEEN = -1; /* weight of a vertex that no constraint was se
 /* A constraint, checked. */
 typedef struct one {
     int32_t vertex, freedom;
-    int of_limit;
+    int of_limit, has_place; /* a place that was given */
     double weight;
     double direction[3]; /* of length 1, or 0 */
     double place[3];
@@ -48,6 +49,7 @@ static int32_t read_place(const curvopt_mesh *m, const double *xyz, const curvop
     const double *given = from->has_places && from->places ? from->places + 3 * (size_t)i : NULL;
     if (given && !(isnan(given[0]) && isnan(given[1]) && isnan(given[2]))) {
         memcpy(c->place, given, sizeof c->place);
+        c->has_place = 1;
         return isfinite(given[0]) && isfinite(given[1]) && isfinite(given[2])
                    ? CURVOPT_OK
                    : co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
@@ -109,6 +111,17 @@ static int32_t add(const one *c, int32_t i, double *weight, co_constraints *cons
     return CURVOPT_OK;
 }
 
+/* Refuses a place that is too far for a cage with this frame. */
+static int32_t check_place(const one *c, int32_t i, const double centroid[3], double radius, curvopt_error *error) {
+    const double *p = c->place;
+    if (!c->has_place || co_similarity_reaches(centroid, radius, p))
+        return CURVOPT_OK;
+    return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, i,
+                          "constraint %d on vertex %d has the place %g %g %g, which is more than %g times the cage's "
+                          "size away",
+                          i, c->vertex, p[0], p[1], p[2], CO_SIMILARITY_FARTHEST);
+}
+
 /* Constraints of a weight below 1 become soft ones, or none. */
 static int32_t separate_soft(const curvopt_mesh *m, const double *xyz, double *weight, co_constraints *constraints,
                              curvopt_error *error) {
@@ -143,8 +156,11 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
     if (from->n < 0 || !from->vertices)
         return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints: %d of them, vertices %s", from->n,
                               from->vertices ? "given" : "is NULL");
+    if (from->has_places < 0 || from->has_places > 1)
+        return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1, "constraints.has_places is %d; it must be 0 or 1",
+                              from->has_places);
     const size_t n = (size_t)m->info.n_vertices;
-    double *weight = CO_NEW(double, n);
+    double *weight = CO_NEW(double, n), centroid[3], radius = co_similarity_mesh_frame(m, xyz, centroid);
     int32_t status = weight ? co_constraints_allocate(m->info.n_vertices, out, error) : co_status_no_memory(error);
     if (status == CURVOPT_OK)
         memcpy(out->anchor, xyz, 3 * n * sizeof *xyz);
@@ -153,6 +169,8 @@ int32_t co_given_constraints_create(const curvopt_mesh *m, const double *xyz, co
     for (int32_t i = 0; status == CURVOPT_OK && i < from->n; i++) {
         one c;
         status = read_one(m, xyz, from, i, &c, error);
+        if (status == CURVOPT_OK)
+            status = check_place(&c, i, centroid, radius, error);
         if (status == CURVOPT_OK)
             status = add(&c, i, weight, out, error);
     }

@@ -22,8 +22,6 @@ static const double LEAST_SINE = 1e-9;
 
 /* Largest curvature, in parts of 1 / size of the input: of springs of 1e9 rounding hides the energy (note 125). */
 static const double LARGEST_CURVATURE = 1e6;
-/* Largest distance of a place from the input's middle, in sizes of the input: doubles have no digits for both. */
-static const double FARTHEST = 1e9;
 /* Distance from where a point is to be that is none, in sizes of the input. */
 static const double MET = 1e-9;
 
@@ -356,14 +354,11 @@ static int32_t check_size(const co_surface_value *f, double size, curvopt_error 
 /* Refuses places that are too far for a surface of this size. */
 static int32_t check_place(const co_surface_value *f, const double origin[3], double size, curvopt_error *error) {
     const double *p = f->anchor;
-    double square = 0;
-    for (int c = 0; c < 3; c++)
-        square += (p[c] - origin[c]) * (p[c] - origin[c]);
-    if (square <= FARTHEST * size * (FARTHEST * size))
+    if (co_similarity_reaches(origin, size, p))
         return CURVOPT_OK;
     return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, f->number,
                           "entry %d has the place %g %g %g, which is more than %g times the surface's size away",
-                          f->number, p[0], p[1], p[2], FARTHEST);
+                          f->number, p[0], p[1], p[2], CO_SIMILARITY_FARTHEST);
 }
 
 /* Points without a place are held where they are; springs draw tangents of length 1. */

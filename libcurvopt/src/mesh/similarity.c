@@ -2,11 +2,16 @@
  * GPL-3.0-or-later */
 #include "mesh/similarity.h"
 
+#include "base/vec3.h"
 #include "linalg/small_dense.h"
 
 #include <math.h>
 
 static const double LARGEST = 1e100; /* coordinates beyond this could overflow when squared */
+
+int co_similarity_reaches(const double centroid[3], double radius, const double place[3]) {
+    return co_distance3(centroid, place) <= CO_SIMILARITY_FARTHEST * radius;
+}
 
 double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped, const int32_t *skipped,
                                    double centroid[3]) {

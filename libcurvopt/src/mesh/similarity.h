@@ -15,6 +15,10 @@ double co_similarity_frame_without(size_t n, const double *xyz, size_t n_skipped
                                    double centroid[3]);
 /* The same of a mesh's vertices xyz [3 n_vertices], isolated ones not counted: energies do not depend on these. */
 double co_similarity_mesh_frame(const curvopt_mesh *mesh, const double *xyz, double centroid[3]);
+/* Largest distance of a place from the middle of a cage, in its sizes: doubles have no digits for both. */
+#define CO_SIMILARITY_FARTHEST 1e9
+/* Whether a place is no farther away than that from the centroid of a frame of this radius. */
+int co_similarity_reaches(const double centroid[3], double radius, const double place[3]);
 /* Replaces m by the orthogonal matrix nearest to it. Returns 0 if m is singular, and m is undefined then. */
 int co_similarity_orthogonal_factor(double m[3][3]);
 /* Moves xyz [3 n] rigidly to where it lies closest to `reference` [3 n] in the sum of squared distances (Kabsch 1976).

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 double co_symmetry_reduction_worth(const co_tuning *t, int32_t order, int32_t left) {
-    double worth = order == left ? t->loosen_half : 0;
+    double worth = order == left ? t->loosen_same : 0;
     for (; order > left; order = (order + 1) / 2)
         worth += t->loosen_half;
     return worth;

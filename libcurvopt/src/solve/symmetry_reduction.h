@@ -5,7 +5,8 @@
 
 #include "solve/run.h"
 
-/* What giving up symmetries, from `order` to `left` of them, must bring, relative to the energy. */
+/* What giving up symmetries, from `order` to `left` of them, must bring, relative to the energy. A way that keeps all
+ * of them costs no more a step than before, and is worth going for less. */
 double co_symmetry_reduction_worth(const co_tuning *tuning, int32_t order, int32_t left);
 
 /* The present level's minimum with the symmetry that is kept; then, as long as symmetries are worth giving up or, with

@@ -53,6 +53,11 @@ static int is_flat(const co_run *r) {
     return fabs(r->at.energies.objective) + fabs(r->at.penalty - r->context.least) <= CO_FLAT_ENERGY;
 }
 
+/* Whether a result that is touched and minimized again has the same problem: near the input it is another one's. */
+static int goes_back(const co_run *r) {
+    return r->context.options->strength == 1 && r->context.options->within == 0;
+}
+
 int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error *error) {
     curvopt_summary *summary = &r->result->summary;
     const int is_own = l->motion == CO_MOTION_NORMALS && !normals; /* the level whose shape is checked */
@@ -78,7 +83,7 @@ int32_t co_run_certify(co_run *r, co_level *l, co_level *normals, curvopt_error 
     if (misses_numbers(r))
         summary->verdict = CURVOPT_VERDICT_NOT_STATIONARY;
     summary->touch_rise = shape.touch_rise;
-    summary->is_delicate = summary->verdict == CURVOPT_VERDICT_MINIMUM && !is_flat(r) &&
+    summary->is_delicate = summary->verdict == CURVOPT_VERDICT_MINIMUM && !is_flat(r) && goes_back(r) &&
                            !(shape.touch_rise <= r->context.tuning->delicate_rise * fabs(value));
     return r->context.options->verify ? verify_without_symmetry(r, l->objective.mesh, error) : CURVOPT_OK;
 }
