@@ -464,6 +464,8 @@ static int deliver(const watch *w, const input *in, const curvopt_result *result
     free_result(&cage);
     if (status == ARGUMENTS_DONE && tells(a)) {
         print_run(&report, &a->options);
+        if (was_interrupted && report.summary->stop != CURVOPT_STOP_CANCELLED)
+            printf("%-22s after the last step: of what is found out then, some is not known\n", "interrupted");
         measures_print(stdout, &measured, 0);
         held_print(stdout, &in->held);
     }
