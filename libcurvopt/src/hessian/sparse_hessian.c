@@ -408,8 +408,9 @@ static void add_disc(co_sparse_hessian *h, int32_t disc, size_t n) {
     }
 }
 
+/* A disc of hundreds of faces takes tenths of a second. */
 static void collect_discs(const co_assembly *a, co_sparse_hessian *h) {
-    for (int32_t k = 0; k < a->patches.wide.n_discs; k++)
+    for (int32_t k = 0; k < a->patches.wide.n_discs && !co_cancel_is_due(a->cancel); k++)
         if (a->patches.wide.disc[k].is_used) {
             co_blend_disc_hessian_collect(&h->discs, k, h->disc_matrix);
             add_disc(h, k, co_blend_disc_hessian_n_variables(&h->discs, k));
@@ -486,7 +487,7 @@ int32_t co_sparse_hessian_assemble(co_assembly *a, const double *x, const co_sec
             return CO_CANCELLED;
     }
     collect_discs(a, h);
-    return CURVOPT_OK;
+    return co_cancel_is_due(a->cancel) ? CO_CANCELLED : CURVOPT_OK;
 }
 
 void co_sparse_hessian_multiply(const co_sparse_hessian *h, const double *v, double *out) {
