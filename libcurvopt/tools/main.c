@@ -517,7 +517,7 @@ static int refused(const arguments *a, const input *in, const pin_list *pins, co
     curvopt_error none;
     int32_t level = 0;
     o.levels = o.levels < CURVOPT_MAX_LEVELS - MORE ? o.levels + MORE : CURVOPT_MAX_LEVELS;
-    if (error->code != CURVOPT_ERROR_ARGUMENT ||
+    if (error->code != CURVOPT_ERROR_ARGUMENT || !begins_with(error->message, "nothing may move") ||
         curvopt_find_moving_level(in->mesh, in->cage.xyz, &o, &level, &none) != CURVOPT_OK ||
         level <= a->options.levels)
         return blame(a, pins, error);

@@ -142,6 +142,9 @@ def test_command_line_says_how_many_levels_it_takes(tmp_path):
         assert done.stderr.strip().endswith(f"use more levels: from --levels {level} on some may")
         assert lib.run_cli(*arguments, str(level)).returncode == 0
         out.unlink()
+    (tmp_path / "through.json").write_text('[{"vertex": 0, "at": [0, 0, 1]}]')  # another reason, which more levels do not mend
+    done = lib.run_cli(*arguments, "1", "--strength", "0.3", "--through", str(tmp_path / "through.json"))
+    assert done.returncode == 1 and done.stderr.strip().endswith("cannot be had with a strength below 1")
 
 
 def test_gradient_that_no_double_can_hold_is_refused():

@@ -229,7 +229,10 @@ static void test_weights_are_refused_by_index(void **state) {
             curvopt_error error;
             char text[64];
             o.weights[t] = refused[k];
-            snprintf(text, sizeof text, "weights[%d] is %g", t, refused[k]);
+            if (t < CURVOPT_N_TERMS)
+                snprintf(text, sizeof text, "weights[%d] is %g, of %s;", t, refused[k], curvopt_term_name(t));
+            else
+                snprintf(text, sizeof text, "weights[%d] is %g;", t, refused[k]);
             CHECK_REFUSED(curvopt_options_validate(&o, &error), &error, CURVOPT_ERROR_ARGUMENT, t, text);
         }
 }

@@ -54,8 +54,8 @@ static int32_t check_weights(const double *weights, curvopt_error *error) {
             return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t,
                                   "weights[%d] is %g; it must be 0: there is no such term", t, weights[t]);
         if (!(weights[t] >= 0 && weights[t] <= CURVOPT_WEIGHT_MAX))
-            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g; it must be 0 to %g", t,
-                                  weights[t], CURVOPT_WEIGHT_MAX);
+            return co_status_fail(error, CURVOPT_ERROR_ARGUMENT, t, "weights[%d] is %g, of %s; it must be 0 to %g", t,
+                                  weights[t], curvopt_term_name(t), CURVOPT_WEIGHT_MAX);
         sum += weights[t];
     }
     if (!(sum > 0))
@@ -115,8 +115,7 @@ static int32_t check_crossings(const curvopt_options *o, curvopt_error *error) {
         status = check_integer("reserved", o->reserved, 0, 0, error);
     if (status == CURVOPT_OK && o->no_crossings && (o->slide || o->joshi_sequin))
         status = co_status_fail(error, CURVOPT_ERROR_ARGUMENT, -1,
-                                "no_crossings and %s exclude each other: that looks "
-                                "for no crossings",
+                                "no_crossings and %s exclude each other: that looks for no crossings",
                                 o->slide ? "slide" : "joshi_sequin");
     return status;
 }
