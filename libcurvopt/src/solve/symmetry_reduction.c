@@ -14,15 +14,13 @@ double co_symmetry_reduction_worth(const co_tuning *t, int32_t order, int32_t le
     return worth;
 }
 
-/* Among what ways down from a level's result are looked for; 0: they are not. */
-static int wants_escape(const co_run *r, const co_level *l, co_motion *among) {
-    const curvopt_options *o = r->context.options;
-    const co_tuning *t = r->context.tuning;
-    int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
-    int loosens = co_run_may_loosen(r, l);
-    *among = loosens ? CO_MOTION_ALL : CO_MOTION_NORMALS;
-    return l->hessian.exists && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED) &&
-           (loosens || (o->escape && n <= t->escape_vertices));
+/* Whether ways down from a level's result are looked for among these motions: among all where symmetries may be given
+ * up at a price, along normals where the user asks for an escape. */
+static int wants_way(const co_run *r, const co_level *l, co_motion among) {
+    const int32_t n = r->result->mesh->info.n_vertices, stop = r->at.report.stop;
+    const int may = among == CO_MOTION_ALL ? co_run_may_loosen(r, l)
+                                           : r->context.options->escape && n <= r->context.tuning->escape_vertices;
+    return may && l->hessian.exists && (stop == CURVOPT_STOP_CONVERGED || stop == CURVOPT_STOP_SETTLED);
 }
 
 /* The level has its new figures; what led to them counts. */
@@ -120,21 +118,29 @@ static int32_t step_down(co_run *r, int32_t number, co_motion among, descent *d,
     return status;
 }
 
+/* Down among these motions, as far as that is worth it. */
+static int32_t go_down(co_run *r, int32_t number, co_motion among, descent *d, curvopt_error *error) {
+    int32_t status = CURVOPT_OK;
+    for (int on = 1; status == CURVOPT_OK && on && !co_run_stopped_early(r) && wants_way(r, d->now, among);)
+        status = step_down(r, number, among, d, &on, error);
+    if (d->before) {
+        go_back(r, &d->fallback);
+        co_level_destroy(d->now);
+        d->now = d->before;
+        d->before = NULL;
+    }
+    return status;
+}
+
 int32_t co_symmetry_reduction_solve(co_run *r, int32_t number, co_level **level, curvopt_error *error) {
-    co_motion among = CO_MOTION_NORMALS;
+    static const co_motion among[] = {CO_MOTION_ALL, CO_MOTION_NORMALS};
     descent d = {0};
-    int on = 1;
     int32_t status = co_run_solve(r, number, &d.now, error);
-    while (status == CURVOPT_OK && on && !co_run_stopped_early(r) && wants_escape(r, d.now, &among))
-        status = step_down(r, number, among, &d, &on, error);
+    for (size_t k = 0; status == CURVOPT_OK && k < sizeof among / sizeof *among; k++)
+        status = go_down(r, number, among[k], &d, error);
     if (status == CO_CANCELLED) { /* while a way down was looked for: what was found before stands */
         r->at.report.stop = CURVOPT_STOP_CANCELLED;
         status = CURVOPT_OK;
-    }
-    if (d.before) {
-        go_back(r, &d.fallback);
-        co_level_destroy(d.now);
-        d.now = d.before;
     }
     *level = d.now;
     return status;
