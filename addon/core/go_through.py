@@ -34,7 +34,7 @@ _EDGE = 1e-6  # of a patch: derivatives need not exist at its corners
 class Places:
     """points (k, 3); normals (k, 3) of the surface there, NAN where it is free; and what each is of, for people. `weight`, 0 to 1,
     says how firmly. `balls` by number of the places at which the surface is curved like a ball, too. Of the cage also `chains`,
-    on curves of those names."""
+    on curves of those names. `remark` is what may not be as it was meant, in a sentence."""
 
     points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     normals: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
@@ -43,6 +43,7 @@ class Places:
     chains: tuple[Chain, ...] = ()
     chain_names: tuple[str, ...] = ()
     balls: Mapping[int, Touch] = field(default_factory=dict)
+    remark: str = ""
 
     def named(self, error: BaseException, cage: Cage) -> BaseException:
         """The library's refusal with the names of what entries are of, and, for the vertex of `cage` that it blames among those

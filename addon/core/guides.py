@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..binding.through import Chain
@@ -35,6 +37,26 @@ def ordered(members: np.ndarray, edges: np.ndarray) -> tuple[list[int], bool]:
     if rest:
         raise ValueError(f"is in pieces: no edges join vertex {chain[0]} to vertex {min(rest)}; a chain is in one")
     return chain, not ends
+
+
+def is_chain(members: np.ndarray, edges: np.ndarray) -> bool:
+    """Whether the vertices `members` (k,) are one chain of edges (e, 2)."""
+    try:
+        ordered(members, edges)
+    except ValueError:
+        return False
+    return True
+
+
+def unpaired_text(curves: Sequence[str], groups: Sequence[str], name: str) -> str:
+    """That `curves` have no vertex group of their name on object `name`, and chains of edges in `groups` no curve, in a sentence;
+    empty unless there are both."""
+    if not curves or not groups:
+        return ""
+    return (
+        f"Curve '{curves[0]}' has no vertex group of its name on object '{name}', so the surface goes through points along it, and "
+        f"vertex group '{groups[0]}', a chain of edges, has no curve: give both one name if the chain is to follow the curve"
+    )
 
 
 def followed(chain: list[int], is_closed: bool, line: np.ndarray, is_curve_closed: bool, weight: float) -> Chain:

@@ -111,6 +111,11 @@ class Solution:
     n_unfolded: int = 0
     path: tuple[np.ndarray, ...] = ()
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether the run was cancelled before anything had moved."""
+        return self.stop == "cancelled" and np.array_equal(self.cage.positions, self.start_positions)
+
 
 OnProgress = Callable[[Progress], object]
 

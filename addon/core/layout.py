@@ -19,6 +19,7 @@ from .crease import edge_keys, from_blender, to_blender
 from .mirror import Half, Halves
 
 _COINCIDENT = 1e-5  # of the size: vertices so near are in one place
+_ONE_PLACE = 1e-6  # of the size, for vertices of a torn mesh, which are copies of each other: float32 has 1e-7
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,20 @@ class MeshArrays:
         length = np.linalg.norm(self.positions[one] - self.positions[other], axis=1)
         faces = np.repeat(np.arange(len(self.face_sizes)), self.face_sizes)
         return np.unique(faces[length <= _COINCIDENT * np.ptp(self.positions, axis=0).max()])
+
+    def n_torn(self) -> int:
+        """The number of vertices at the boundary that are in one place with another vertex at the boundary."""
+        ends = sides(self.face_sizes, self.face_vertices)
+        keys = edge_keys(ends, len(self.positions))
+        order = np.argsort(keys)
+        ahead = np.diff(keys[order], append=-1) != 0  # from the next one
+        alone = order[ahead & np.roll(ahead, 1)]
+        points = self.positions[np.unique(ends[alone])]
+        if not len(points):
+            return 0
+        cells = np.round((points - self.positions.min(axis=0)) / (_ONE_PLACE * np.ptp(self.positions, axis=0).max()))
+        counts = np.unique(cells, axis=0, return_counts=True)[1]
+        return int(counts[counts > 1].sum())
 
 
 def sides(sizes: np.ndarray, vertices: np.ndarray) -> np.ndarray:

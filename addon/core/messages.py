@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from ..binding.library import CurvoptError, LibraryError
-from ..binding.values import Exceptions, Progress, Verification
+from ..binding.values import Energies, Exceptions, Progress, Verification
 from . import least
 from .energy import number_text, weights_of
 from .job import ModalRun, Phase, Request, Solution
@@ -48,7 +48,7 @@ def live_text(request: Request, view: View) -> str:
     if view.number == 0:
         slow = f": {vertices:,} vertices take their time" if vertices > _MANY else ""
         return f"Live: preparing{slow}"
-    now = f"Live: {request.label} {number_text(view.energy)}"
+    now = f"Live: {_before_number(request, _objective_name(request))} {number_text(view.energy)}"
     summary = view.summary
     if summary is None:
         behind = f" {view.lag:.1f} s behind the hand, because the cage is large ({vertices:,} vertices)"
@@ -86,24 +86,68 @@ def part_text(request: Request, solution: Solution, n_moved: int, remark: str = 
     """The same of a run on a part of a cage, of which `n_moved` vertices moved."""
     faces = _counted(len(solution.cage.face_sizes) - len(request.holes), "face", "faces")
     moved = _counted(n_moved, "vertex", "vertices")
-    return _report(request, solution, f" of the {faces} that change:", f"{moved} moved", remark)
+    return _report(request, solution, f" of the {faces} that change", f"{moved} moved", remark)
 
 
 def _report(request: Request, solution: Solution, of_what: str, counted: str, remark: str) -> str:
-    before, after = (number_text(energies.objective) for energies in (solution.start, solution.end))
+    before, after = (number_text(_reported(request, energies)) for energies in (solution.start, solution.end))
+    subject = f"{_reported_name(request)}{of_what}"
     if before == after == "0":
-        outcome = f"{request.label}{of_what} is 0 already, the least that there is ({counted}, {solution.seconds:.1f} s)"
-        return f"{outcome}{f'. {remark}' if remark else ''}"
-    change = f"is {after} as before" if before == after else f"{before} to {after}"
+        least_of_all = f"{subject} is 0 already, the least that there is ({counted}, {solution.seconds:.1f} s)"
+        return f"{least_of_all}{f'. {remark}' if remark else ''}"
+    outcome = f"{subject} is {after} as before" if before == after else f"{_before_number(request, subject)} {before} to {after}"
     order = solution.symmetry_order
     kept = f", {order} symmetries kept" if order > 1 else ""
     near = "" if request.strength == 1 else f"stayed near the original (strength {request.strength:.3g}), "
     near += f"stayed within {number_text(request.within)} of the original, " if request.within > 0 else ""
     near += through_text(request)
     return (
-        f"{request.label}{of_what} {change}, {near}{_STOP_WORDS[solution.stop]} "
+        f"{outcome}, {near}{_STOP_WORDS[solution.stop]} "
         f"({counted}{kept}, {solution.seconds:.1f} s)"
         f"{f'. {remark}' if remark else ''}"
+    )
+
+
+_HELFRICH = "Helfrich"
+
+
+def _objective_name(request: Request) -> str:
+    """What is minimized: with a spontaneous curvature that is another number than the energy alone."""
+    spontaneous = request.options.get("spontaneous_curvature")
+    return f"{request.label} with Spontaneous Curvature {spontaneous:.4g}" if spontaneous else request.label
+
+
+def _is_helfrich(request: Request) -> bool:
+    """Whether bending with a spontaneous curvature is minimized, and nothing else."""
+    return bool(request.options.get("spontaneous_curvature")) and len(weights_of(request.energy)) == 1
+
+
+def _reported_name(request: Request) -> str:
+    return _HELFRICH if _is_helfrich(request) else _objective_name(request)
+
+
+def _before_number(request: Request, subject: str) -> str:
+    """With a colon if it is more than a name."""
+    return subject if subject in (request.label, _HELFRICH) else f"{subject}:"
+
+
+def _reported(request: Request, energies: Energies) -> float:
+    """The number of a report. What is minimized leaves out the part of Helfrich's energy that cannot change."""
+    return energies.helfrich if _is_helfrich(request) else energies.objective
+
+
+def nothing_found_text(label: str) -> str:
+    """That a run was ended before it had anything to write, in a sentence."""
+    return f"Minimizing {label} was ended before its first step: nothing was found yet, and nothing was changed. Let it run longer."
+
+
+def torn_text(n_torn: int) -> str:
+    """That the mesh is open where vertices of its boundary lie in one place, and what to do, in a sentence; empty for none."""
+    if not n_torn:
+        return ""
+    return (
+        f"{n_torn} vertices of the boundary lie where another one does, so the surface is torn open there: if it is to be "
+        "closed, join them by Merge by Distance in Edit Mode, and run again"
     )
 
 
@@ -333,6 +377,7 @@ _IN_BLENDER = (
         "vertices in one place, or next to it, leave no tangent plane, Merge by Distance joins them",
     ),
     ("; constrain the vertex itself", ": take it off the pins, or turn off On Surface"),
+    ("no_crossings and slide exclude each other: that looks for no crossings", "No Crossings and Slide exclude each other: turn one of them off"),
     ("spontaneous_curvature is", "Spontaneous Curvature is"),
     ("neither willmore nor mean_curvature has a weight", "neither Willmore nor Mean curvature is minimized"),
     ("what the surface goes through cannot be had with a strength below 1", GO_THROUGH_STRENGTH),

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,6 +29,20 @@ class Base:
     def of_cage(cls, cage: Cage, layout: Layout, on_surface: bool) -> Base:
         """LibraryError, CurvoptError."""
         return cls(cage, layout, limit_points(cage) if on_surface else cage.positions, on_surface)
+
+    def without_point(self, vertices: np.ndarray) -> int:
+        """The first of vertices (k,) of the mesh to which no point of the surface belongs that could be held, as where a crease
+        fades; -1 if there is none, or the vertices themselves are held. LibraryError, CurvoptError."""
+        if not self.on_surface or not len(vertices):
+            return -1
+        held = replace(Held.exactly(self.layout.in_cage(vertices).astype(np.int32)), limit_points=True)
+        with library.Mesh.of_cage(library.load(), self.cage) as mesh:
+            try:
+                mesh.moving_level(self.cage.positions, mesh.lib.options({"willmore": 1.0}, held))
+            except library.CurvoptError as error:
+                if "on the limit point of vertex" in error.message:  # all else is for the run to say
+                    return int(vertices[error.element])
+        return -1
 
     def of_vertices(self, vertices: np.ndarray) -> np.ndarray:
         """Where handles of vertices (k,) of the mesh, none of them loose, begin (k, 3)."""

@@ -37,10 +37,8 @@ def check_modifiers(obj: bpy.types.Object) -> None:
     before, subdivision_modifier = _parts(obj)
     for modifier in before:
         if modifier.type != "MIRROR" and not is_idle(modifier):
-            raise CageError(
-                f"{_where(obj, modifier)} changes the cage: move it below Subdivision Surface, or apply or remove it "
-                "first."
-            )
+            below = "add a Subdivision Surface modifier above it" if subdivision_modifier is None else "move it below Subdivision Surface"
+            raise CageError(f"{_where(obj, modifier)} changes the cage: {below}, or apply or remove it first.")
     _mirror(obj, before)
     if getattr(subdivision_modifier, "subdivision_type", "CATMULL_CLARK") != "CATMULL_CLARK":
         raise CageError(f"{_where(obj, subdivision_modifier)} is set to Simple: set it to Catmull-Clark first.")

@@ -7,6 +7,8 @@ read, the result becomes a new object, whatever was asked for: hours of work are
 
 from __future__ import annotations
 
+import math
+
 import bpy
 import numpy as np
 
@@ -18,7 +20,7 @@ from .amount import has_blend, store_blend
 from .animation import animate
 from .frame import space_of
 from .modifiers import CageError, mirror_modifier, read_mirror, subdivision
-from .read_cage import Source, has_faces_of, read_positions
+from .read_cage import Source, check_relative, has_faces_of, read_positions
 from .write_result import (
     add_result,
     add_subdivision,
@@ -32,6 +34,7 @@ from .write_result import (
 
 KEY_PREFIX = "Curvopt "
 _SAME = 1e-5  # of the shape's size: float32 positions times the object's scale
+_NAMED = 3  # other objects with the same mesh in a sentence
 
 
 def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None = None) -> None:
@@ -45,6 +48,8 @@ def check_outcome(outcome: str, request: Request, obj: bpy.types.Object | None =
                 "Boundary to Free, pin fewer vertices, or set Result to New Object, which is refined."
             )
         raise CageError("A shape key needs the vertices of your cage: set Resolution to Same Vertices, or Levels to 1.")
+    if outcome == "SHAPE_KEY" and obj is not None:
+        check_relative(obj)
     many = request.levels > 1 and obj is not None and any(m.type == "MULTIRES" for m in obj.modifiers)
     if outcome == "REPLACE" and many:
         or_same = "" if request.refined else "Resolution to Same Vertices, or "
@@ -103,7 +108,7 @@ def write(
     if outcome == "SHAPE_KEY":
         remark = _add_key(obj, source, request, solution)
     else:
-        remark = _replace(obj, source, solution)
+        remark = _replace(obj, source, request, solution)
     store(obj, source.name, request, solution)
     return obj, remark
 
@@ -125,7 +130,7 @@ def animate_run(context: bpy.types.Context, obj: bpy.types.Object, source: Sourc
 def _changed(obj: bpy.types.Object | None, source: Source) -> str:
     """What has happened to the object since it was read, or ""."""
     if obj is None or obj.type != "MESH":
-        return f"'{source.name}' was deleted"
+        return f"'{source.name}' was renamed or deleted"
     if obj.mode != "OBJECT":
         return f"'{source.name}' went into another mode"
     return what_changed(obj, obj.data, source)
@@ -160,8 +165,7 @@ def local_positions(source: Source, written: Written, positions: np.ndarray) -> 
 
 def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: Solution) -> str:
     """A shape key at 1; those of earlier runs go to 0, so that there is one result at a time."""
-    if obj.data.users > 1:
-        obj.data = obj.data.copy()
+    shared = _unshare(obj)
     if not obj.data.shape_keys:
         obj.shape_key_add(name="Basis")
     for key in obj.data.shape_keys.key_blocks:
@@ -173,26 +177,48 @@ def _add_key(obj: bpy.types.Object, source: Source, request: Request, solution: 
     key.data.foreach_set("co", end.astype(np.float32).reshape(-1))
     key.value = 1.0
     obj.active_shape_key_index = len(obj.data.shape_keys.key_blocks) - 1
-    _show_limit(obj, solution.cage)
-    return _kept_apart(obj, source, written, end)
+    _show_limit(obj, source.cage, solution.cage)
+    return ". ".join(filter(None, [shared, _kept_apart(obj, source, written, end)]))
 
 
-def _replace(obj: bpy.types.Object, source: Source, solution: Solution) -> str:
-    """The object's mesh becomes the result; with the same vertices, everything else about it is kept."""
+def _replace(obj: bpy.types.Object, source: Source, request: Request, solution: Solution) -> str:
+    """The object's mesh becomes the result; with the same vertices, everything else about it is kept. A cage that had to
+    be refined and did not move leaves the mesh as it is, which shows the same surface."""
+    if request.refined and not request.records and _is_still(solution):
+        _show_limit(obj, source.cage, source.cage)
+        return f"Nothing moved, so the mesh of '{obj.name}' is as it was"
+    shared = _unshare(obj)
     written = source.layout.written(solution.cage)
     start, end = (local_positions(source, written, xyz) for xyz in (solution.start_positions, solution.cage.positions))
     if len(end) == len(obj.data.vertices):
-        if obj.data.users > 1:
-            obj.data = obj.data.copy()
         obj.data.vertices.foreach_set("co", end.astype(np.float32).reshape(-1))
         obj.data.update()
     else:
         mesh = make_result_mesh(obj.data.name, written, end, source.mirrored)
         carry_materials(obj, mesh, source, written)
         obj.data = mesh
-    _show_limit(obj, solution.cage)
+    _show_limit(obj, source.cage, solution.cage)
     store_blend(obj, start, end)
-    return _kept_apart(obj, source, written, end)
+    return ". ".join(filter(None, [shared, _kept_apart(obj, source, written, end)]))
+
+
+def _is_still(solution: Solution) -> bool:
+    """Whether the result is the first cage, subdivided as often."""
+    start = solution.start_positions
+    return bool(np.abs(solution.cage.positions - start).max() <= _SAME * np.ptp(start, axis=0).max())
+
+
+def _unshare(obj: bpy.types.Object) -> str:
+    """Give the object a mesh of its own; which other objects keep the old one, in a sentence, or ""."""
+    if obj.data.users == 1:
+        return ""
+    others = [f"'{other.name}'" for other in bpy.data.objects if other.data == obj.data and other != obj]
+    obj.data = obj.data.copy()
+    if not others:
+        return ""
+    names = ", ".join(others[:_NAMED]) + (f" and {len(others) - _NAMED} more" if len(others) > _NAMED else "")
+    keep = "keeps" if len(others) == 1 else "keep"
+    return f"The mesh of '{obj.name}' was shared with {names}, which {keep} the old shape"
 
 
 def _kept_apart(obj: bpy.types.Object, source: Source, written: Written, local: np.ndarray) -> str:
@@ -207,13 +233,16 @@ def _kept_apart(obj: bpy.types.Object, source: Source, written: Written, local: 
     return f"Modifier '{modifier.name}' now merges within {distance}, so that no more vertices are merged than before"
 
 
-def _show_limit(obj: bpy.types.Object, cage: Cage) -> None:
-    """A Subdivision Surface modifier if there is none."""
+def _show_limit(obj: bpy.types.Object, before: Cage, cage: Cage) -> None:
+    """A Subdivision Surface modifier if there is none. The viewport level of another one is lowered by as many levels as
+    `before` was refined to `cage`, so that it shows as many faces, but no further than looks smooth."""
     modifier = subdivision(obj)
     if modifier is None:
         add_subdivision(obj, cage.creases)
     else:
-        modifier.levels = min(modifier.levels, shown_levels(len(cage.face_sizes)))
+        refined = round(math.log(len(cage.face_vertices) / len(before.face_vertices), 4))
+        enough = max(modifier.levels - refined, shown_levels(len(cage.face_sizes)))
+        modifier.levels = min(modifier.levels, enough)
         modifier.boundary_smooth = BOUNDARY_SMOOTH[cage.creases.rule]
 
 

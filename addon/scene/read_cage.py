@@ -24,8 +24,12 @@ from .frame import Space, space_of
 from .modifiers import CageError, Mirror, check_detail, check_modifiers, mirror_modifier, read_mirror, subdivision
 
 
-# Objects that Blender can convert to meshes, and what people call them.
+# What people call objects that Blender can convert to meshes, and others whose types are no words.
 _KINDS = {"CURVE": "curve", "SURFACE": "NURBS surface", "META": "metaball", "FONT": "text"}
+_OTHER_KINDS = {
+    "CURVES": "hair curves object", "POINTCLOUD": "point cloud", "GPENCIL": "Grease Pencil object",
+    "GREASEPENCIL": "Grease Pencil object",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -153,13 +157,13 @@ def read_mesh(mesh: bpy.types.Mesh) -> MeshArrays:
     mesh.loops.foreach_get("edge_index", used)
     loose = np.bincount(used, minlength=len(mesh.edges)) == 0
     return MeshArrays(
-        read_positions(mesh), read_edges(mesh), loose, _edge_creases(mesh), _vertex_creases(mesh), *read_faces(mesh)
+        read_positions(mesh), read_edges(mesh), loose, edge_creases(mesh), vertex_creases(mesh), *read_faces(mesh)
     )
 
 
 def _kind(kind: str) -> str:
     """A type of objects with its article."""
-    word = _KINDS.get(kind, kind.lower().replace("_", " "))
+    word = {**_KINDS, **_OTHER_KINDS}.get(kind, kind.lower().replace("_", " "))
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
@@ -182,11 +186,17 @@ def check_object(obj: bpy.types.Object | None, with_keys: bool = False, mode: st
         raise CageError(f"Object '{obj.name}' has shape keys: remove them, or choose Shape Key as the result.")
 
 
+def check_relative(obj: bpy.types.Object) -> None:
+    """CageError for shape keys of `obj` whose values do not mix them."""
+    if obj.data.shape_keys and not obj.data.shape_keys.use_relative:
+        raise CageError(f"The shape keys of object '{obj.name}' are not relative: tick Relative first.")
+
+
 def check_mesh(name: str, mesh: bpy.types.Mesh) -> None:
     """CageError for what the arrays could not carry: creases that are no numbers, no faces."""
     if not mesh.polygons:
         raise CageError(f"Object '{name}' has no faces.")
-    for kind, crease in (("Edge", _edge_creases(mesh)), ("Vertex", _vertex_creases(mesh))):
+    for kind, crease in (("Edge", edge_creases(mesh)), ("Vertex", vertex_creases(mesh))):
         if not np.isfinite(crease).all():
             index = int(np.flatnonzero(~np.isfinite(crease))[0])
             raise CageError(f"{kind} {index} of object '{name}' has a crease of {crease[index]}: set it to 0 .. 1.")
@@ -208,7 +218,7 @@ def read_edges(mesh: bpy.types.Mesh) -> np.ndarray:
     return vertices
 
 
-def _edge_creases(mesh: bpy.types.Mesh) -> np.ndarray:
+def edge_creases(mesh: bpy.types.Mesh) -> np.ndarray:
     """Creases (e,) of all edges."""
     if bpy.app.version >= (4, 0, 0):
         return _attribute_values(mesh, "crease_edge", "EDGE", len(mesh.edges))
@@ -217,7 +227,7 @@ def _edge_creases(mesh: bpy.types.Mesh) -> np.ndarray:
     return values
 
 
-def _vertex_creases(mesh: bpy.types.Mesh) -> np.ndarray:
+def vertex_creases(mesh: bpy.types.Mesh) -> np.ndarray:
     """Creases (n,) of all vertices."""
     if bpy.app.version >= (4, 0, 0):
         return _attribute_values(mesh, "crease_vert", "POINT", len(mesh.vertices))

@@ -79,6 +79,10 @@ def read_targets(
     all_places = Places(_in_frame(points, source), normals @ turn, names, weight, chains, followed, touched)
     if source.mirror is not None:
         all_places = _with_images(all_places, source)
+    else:
+        loose = [obj.name for obj in objects if obj.type == "CURVE" and obj.name not in all_places.chain_names]
+        groups = _chains_without_curve(cage, source, all_places.chain_names) if loose else []
+        all_places = replace(all_places, remark=guides.unpaired_text(loose, groups, cage.name))
     if len(all_places.names) > most and weight < 1:
         raise CageError(f"Collection '{name}' has more than {most} places: take some out.")
     if len(all_places.names) > most:
@@ -130,6 +134,18 @@ def _chain_of(obj: bpy.types.Object, cage: bpy.types.Object, source: Source, wei
         return guides.followed(source.layout.in_cage(chain).tolist(), is_closed, line, is_curve_closed, weight)
     except ValueError as error:
         raise CageError(f"Curve '{obj.name}' {error}.") from error
+
+
+def _chains_without_curve(cage: bpy.types.Object, source: Source, chain_names: tuple[str, ...]) -> list[str]:
+    """Vertex groups of the cage that are chains of edges and follow no curve."""
+    members: dict[int, list[int]] = {}
+    for vertex in cage.data.vertices:
+        for group in vertex.groups:
+            if group.weight > 0:
+                members.setdefault(group.group, []).append(vertex.index)
+    edges = source.layout.kept[face_edges(source.cage.face_sizes, source.cage.face_vertices)]  # in numbers of the mesh
+    others = (group for group in cage.vertex_groups if group.index in members and group.name not in chain_names)
+    return [group.name for group in others if guides.is_chain(np.array(members[group.index]), edges)]
 
 
 def _line_of(obj: bpy.types.Object) -> tuple[np.ndarray, bool]:

@@ -20,7 +20,7 @@ from ..core.layout import Layout, MeshArrays
 from .amount import start_of
 from .frame import space_of
 from .modifiers import CageError, check_detail, read_mirror
-from .read_cage import Source, check_object, read_positions, source_of, source_of_arrays
+from .read_cage import Source, check_object, check_relative, read_positions, source_of, source_of_arrays
 
 _CREASES = ("crease_edge", "crease_vert")  # layers, from Blender 4.0 on
 
@@ -133,8 +133,7 @@ def _mixed(obj: bpy.types.Object, keys: bpy.types.Key) -> np.ndarray:
     """What relative shape keys with their values make. CageError for what it cannot mix."""
     if obj.show_only_shape_key:
         return _key_positions(obj.active_shape_key or keys.reference_key)
-    if not keys.use_relative:
-        raise CageError(f"The shape keys of object '{obj.name}' are not relative: tick Relative first.")
+    check_relative(obj)
     mixed = _key_positions(keys.reference_key)
     for key in keys.key_blocks[1:]:
         if key.mute or key.value == 0:

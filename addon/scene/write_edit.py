@@ -74,7 +74,7 @@ def _changed(obj: bpy.types.Object | None, edit: Edit) -> str:
     """What has happened to the object since it was read, or ""."""
     name = edit.source.name
     if obj is None or obj.type != "MESH":
-        return f"'{name}' was deleted"
+        return f"'{name}' was renamed or deleted"
     if obj.mode != "EDIT":
         return f"'{name}' went into another mode"
     with edited_mesh(obj) as mesh:

@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From arrays to the new object beside the original, and the energies that it remembers.
 
-The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, past earlier results of
-the same original), so that both are seen at once and nothing about the original changes; or in the original's place, if its
-surface goes through places of the scene. Its mesh is the optimized cage
+The result is a new object, e.g. "Genus2 MVS", standing to the right of the original (world X, in the first place that
+is free of other results), so that both are seen at once and nothing about the original changes; or in the original's
+place, if its surface goes through places of the scene. Its mesh is the optimized cage
 with scale 1 and the creases that subdividing has left; a Subdivision Surface modifier with the original's boundary rule
 shows the limit surface; if the original is half of a cage, so is the result, and it has the original's Mirror
 modifier. Loose vertices and edges are carried along. Materials are those of the original; energies are custom
 properties `curvopt_before_<name>` and `curvopt_after_<name>`, what was found of the result is `curvopt_verdict`, and
-`curvopt_symmetry_order` how many symmetries were kept (1: none). Selected and active, as new objects are. UV maps,
-vertex groups and the like belong to the old cage and are not carried over.
+`curvopt_symmetry_order` how many symmetries were kept (1: none). Selected and active, as new objects are.
+
+A result with the vertices and faces of the original has a copy of its mesh with new positions and creases: UV maps,
+vertex groups, colours, attributes, seams and custom properties of the mesh stay; faces are shaded smooth. Shape keys, animation and
+custom normals do not. Where the result is refined, where the original was changed meanwhile, and where its scale turns
+its faces over, the mesh is new, and these belong to the old cage and are not carried over.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 import bmesh
 import bpy
@@ -30,7 +35,15 @@ from ..core.layout import Written
 from ..core.messages import deviation_text, verdict_of
 from .amount import store_blend
 from .modifiers import with_images
-from .read_cage import Source, read_edges, read_positions, turned_over
+from .read_cage import (
+    Source,
+    edge_creases,
+    has_faces_of,
+    read_edges,
+    read_positions,
+    turned_over,
+    vertex_creases,
+)
 
 _GAP = 0.1  # between original and result, in sizes of the larger
 _TERMS = {name: label for name, label in ENERGY_LABELS.items() if name != "mean_curvature"}  # that is h2
@@ -53,8 +66,11 @@ def add_result(context: bpy.types.Context, source: Source, request: Request, sol
     written = source.layout.written(solution.cage)
     loose = source.space.to_frame(source.mesh.positions[source.layout.loose])
     start, end = (written.positions(xyz, loose) for xyz in (solution.start_positions, solution.cage.positions))
-    mesh = make_result_mesh(name, written, end)
+    same = original is not None and original.type == "MESH" and _is_alike(original.data, source, written)
+    mesh = original.data.copy() if same else make_result_mesh(name, written, end)
     result = bpy.data.objects.new(name, mesh)
+    if same:
+        _become(result, written, end)
     result.matrix_world = source.frame  # where the surface goes through places, among these
     if not request.goes_through:
         result.matrix_world = beside(context.scene, source, solution.cage.positions) @ source.frame
@@ -100,11 +116,43 @@ def make_result_mesh(name: str, written: Written, positions: np.ndarray, turned:
     """The same of a result, whose vertices are at `positions` (n, 3); its faces are `turned` over."""
     vertices = turned_over(written.face_sizes, written.face_vertices) if turned else written.face_vertices
     mesh = _polygons(name, positions, written.face_sizes, vertices, written.loose_edges)
+    _set_result_creases(mesh, written)
+    return mesh
+
+
+def _is_alike(mesh: bpy.types.Mesh, source: Source, written: Written) -> bool:
+    """Whether the mesh has vertices, edges and faces of the result, numbered as the result numbers them."""
+    was = source.mesh
+    return (
+        has_faces_of(mesh, was)
+        and len(written.place) + len(written.loose_place) == len(was.positions)
+        and np.array_equal(written.face_sizes, was.face_sizes)
+        and np.array_equal(written.face_vertices, was.face_vertices)
+    )
+
+
+def _become(result: bpy.types.Object, written: Written, positions: np.ndarray) -> None:
+    """Give the object, whose mesh is a copy of the original's, the result's positions (n, 3) and creases."""
+    mesh = result.data
+    mesh.name, mesh.use_fake_user = result.name, False
+    mesh.animation_data_clear()
+    if mesh.shape_keys:
+        result.shape_key_clear()
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
+    mesh.materials.clear()  # an object can have others than its mesh
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(positions, np.float32).reshape(-1))
+    _set_result_creases(mesh, written)
+    if mesh.has_custom_normals:
+        mesh.normals_split_custom_set(np.zeros((len(mesh.loops), 3)))  # 0 stands for the normal that Blender computes
+    mesh.update()
+
+
+def _set_result_creases(mesh: bpy.types.Mesh, written: Written) -> None:
+    """Give a mesh with the result's vertices and edges its creases."""
     edges = read_edges(mesh)
     creases = np.zeros(len(edges), np.float32)
-    creases[edge_indices(edges, written.crease_edges, len(positions))] = written.edge_crease
+    creases[edge_indices(edges, written.crease_edges, len(mesh.vertices))] = written.edge_crease
     _set_creases(mesh, creases, written.vertex_crease)
-    return mesh
 
 
 def _polygons(
@@ -128,29 +176,35 @@ def _polygons(
 
 
 def _set_creases(mesh: bpy.types.Mesh, edge: np.ndarray, vertex: np.ndarray) -> None:
-    if edge.any():
+    if not np.array_equal(edge, edge_creases(mesh)):
         _set_edge_creases(mesh, edge)
-    if vertex.any():
+    if not np.array_equal(vertex, vertex_creases(mesh)):
         _set_vertex_creases(mesh, vertex)
 
 
 def _set_edge_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
     if bpy.app.version >= (4, 0, 0):
-        mesh.attributes.new("crease_edge", "FLOAT", "EDGE").data.foreach_set("value", values)
+        _float_attribute(mesh, "crease_edge", "EDGE").data.foreach_set("value", values)
     else:
         mesh.edges.foreach_set("crease", values)
 
 
 def _set_vertex_creases(mesh: bpy.types.Mesh, values: np.ndarray) -> None:
     if bpy.app.version >= (4, 0, 0):
-        mesh.attributes.new("crease_vert", "FLOAT", "POINT").data.foreach_set("value", values)
+        _float_attribute(mesh, "crease_vert", "POINT").data.foreach_set("value", values)
         return
-    edit = bmesh.new()  # nothing else can make the layer
-    edit.from_mesh(mesh)
-    edit.verts.layers.crease.verify()
-    edit.to_mesh(mesh)
-    edit.free()
+    if not mesh.vertex_creases:
+        edit = bmesh.new()  # nothing else can make the layer
+        edit.from_mesh(mesh)
+        edit.verts.layers.crease.verify()
+        edit.to_mesh(mesh)
+        edit.free()
     mesh.vertex_creases[0].data.foreach_set("value", values)
+
+
+def _float_attribute(mesh: bpy.types.Mesh, name: str, domain: str) -> bpy.types.FloatAttribute:
+    """The mesh's own, or a new one."""
+    return mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT", domain)
 
 
 def add_mirror(obj: bpy.types.Object, source: Source, written: Written, positions: np.ndarray) -> None:
@@ -236,18 +290,32 @@ def carry_materials(original: bpy.types.Object, mesh: bpy.types.Mesh, source: So
 
 
 def beside(scene: bpy.types.Scene, source: Source, positions: np.ndarray) -> Matrix:
-    """The translation along world X that puts positions (n, 3) in the source's frame past the original and what else
-    stands beside it."""
-    row = np.array(source.frame)[0]
-    before, after = source.cage.positions @ row[:3] + row[3], positions @ row[:3] + row[3]
-    edge = before.max()
-    for other in scene.objects:
-        if other.type == "MESH" and other.data.vertices and other.get("curvopt_source") == source.name:
-            matrix = np.array(other.matrix_world, np.float64)
-            points = read_positions(other.data) @ matrix[:3, :3].T + matrix[:3, 3]
-            edge = max(edge, with_images(other, points)[:, 0].max())
-    gap = _GAP * max(np.ptp(before), np.ptp(after))
-    return Matrix.Translation((edge + gap - after.min(), 0.0, 0.0))
+    """The translation along world X that puts positions (n, 3) in the source's frame into the first place to the right of
+    the original that is free of other results, those of other originals as well."""
+    before, after = (_transformed(points, source.frame) for points in (source.cage.positions, positions))
+    low, high = after.min(axis=0), after.max(axis=0)
+    gap = _GAP * max(np.ptp(before[:, 0]), np.ptp(after[:, 0]))
+    left = before[:, 0].max() + gap
+    boxes = sorted(tuple(map(tuple, box)) for box in _result_boxes(scene))  # by their left sides
+    for (x, *others_low), (other_right, *others_high) in boxes:
+        in_line = (low[1:] <= others_high).all() and (others_low <= high[1:]).all()
+        if in_line and x < left + high[0] - low[0] + gap / 2 and left < other_right + gap:
+            left = other_right + gap
+    return Matrix.Translation((left - low[0], 0.0, 0.0))
+
+
+def _result_boxes(scene: bpy.types.Scene) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The lowest and the highest coordinates (3,) of each result in the world."""
+    for obj in scene.objects:
+        if obj.type == "MESH" and obj.data.vertices and "curvopt_source" in obj:
+            points = with_images(obj, _transformed(read_positions(obj.data), obj.matrix_world))
+            yield points.min(axis=0), points.max(axis=0)
+
+
+def _transformed(points: np.ndarray, matrix: Matrix) -> np.ndarray:
+    """Points (n, 3) mapped by a 4 x 4 matrix."""
+    rows = np.array(matrix, np.float64)
+    return points @ rows[:3, :3].T + rows[:3, 3]
 
 
 def link_beside(context: bpy.types.Context, original: bpy.types.Object | None, result: bpy.types.Object) -> None:

@@ -24,19 +24,20 @@ from ..scene.write_result import stored_verdict
 from . import display, properties
 from .reports import NOT_THE_LAST, call_operator, report_failure
 
-# With its number; runs by strength, slide and volume; whether Slide is offered.
-_finished: tuple[int, Source, Variants, bool] | None = None
+# With its number; runs by strength, slide and volume; a remark on what was read; whether Slide is offered.
+_finished: tuple[int, Source, Variants, str, bool] | None = None
 _remark, _warns = "", False  # of the last execution: what else the user should know, and whether as a warning
 
 
-def apply(source: Source, request: Request, solution: Solution, where: str) -> tuple[str, bool]:
+def apply(source: Source, request: Request, solution: Solution, where: str, read: str = "") -> tuple[str, bool]:
     """Write a solution as `where`, of properties.OUTCOMES, says, as an undo step that can be adjusted; what else the
-    user should know, or "", and whether that is a warning. UserError if it cannot be written there."""
+    user should know, `read` included, or "", and whether that is a warning. `read` is a remark on what was read, or "". UserError if the
+    solution cannot be written there."""
     global _finished
     slide = bool(request.options.get("slide"))
     variants = Variants(source.cage, (request.strength, slide, request.keeps_volume), request, solution)
     may_slide = rims.has_curves(source.cage, request.boundary)
-    _finished = (1 if _finished is None else _finished[0] + 1, source, variants, may_slide)
+    _finished = (1 if _finished is None else _finished[0] + 1, source, variants, read, may_slide)
     chosen = {"outcome": where, "strength": request.strength, "slide": slide, "amount": 1.0}
     chosen["keep_volume"] = request.keeps_volume
     call_operator(bpy.ops.curvopt.apply_result, number=_finished[0], **chosen)
@@ -77,7 +78,7 @@ strength, with Slide, or with Keep Volume"""
             self.report({"ERROR"}, NOT_THE_LAST)
             return {"CANCELLED"}
         try:
-            _, source, variants, _ = _finished
+            _, source, variants, read, _ = _finished
             first, given = variants.first[0], self.properties.is_property_set
             strength = properties.strength_of(self.strength) if given("strength") else first.strength
             slide = self.slide if given("slide") else bool(first.options.get("slide"))
@@ -92,7 +93,8 @@ strength, with Slide, or with Keep Volume"""
             grown, crossed = messages.growth_text(request, solution), messages.crossings_text(solution)
             warnings = messages.refined_text(request), messages.volume_text(request, solution), held, folded, grown, crossed, remark
             smoothed = "" if is_shown_smooth else messages.smoothed_text(source.name, obj.name == source.name)
-            told = messages.marks_text(request), messages.sliding_text(request, solution), messages.contact_text(request, solution)
+            torn = messages.torn_text(source.mesh.n_torn())
+            told = torn, read, messages.marks_text(request), messages.sliding_text(request, solution), messages.contact_text(request, solution)
             parts = *warnings, messages.unchanged_text(request, solution), *told, smoothed, shown
             _remark, _warns = ". ".join(part for part in parts if part), any(warnings)
             placement.set_amount(obj, self.amount)
@@ -112,7 +114,7 @@ strength, with Slide, or with Keep Volume"""
         again = layout.column()
         again.enabled = _finished is not None and _finished[2].is_quick
         again.prop(self, "strength", slider=True)
-        if _finished is not None and _finished[3]:
+        if _finished is not None and _finished[4]:
             again.prop(self, "slide")
         again.prop(self, "keep_volume")
         of_amount = layout.column()

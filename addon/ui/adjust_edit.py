@@ -74,12 +74,13 @@ Volume"""
             name = edit.source.name
             smooth = "" if is_shown_smooth(name) else messages.not_smooth_text(name)
             grown, crossed = messages.growth_text(request, solution), messages.crossings_text(solution)
-            found = messages.volume_text(request, solution), held, folded, grown, crossed, moved.remark
+            torn = messages.torn_text(edit.source.mesh.n_torn()) if solution.stop == "unresolved" else ""
+            found = torn, messages.volume_text(request, solution), held, folded, grown, crossed, moved.remark
             parts = *found, messages.unchanged_text(request, solution), messages.sliding_text(request, solution), messages.contact_text(request, solution), smooth
             remark = ". ".join(part for part in parts if part)
             _text = messages.part_text(request, solution, moved.count, remark)
             text = f"{_text}. {messages.verdict_of(request, solution)}"
-            display.show(context, text, is_undone=moved.is_undone)
+            display.show(context, text, is_undone=moved.is_undone if moved.count else None)
         except Exception as error:
             return report_failure(self, error)
         return {"FINISHED"}

@@ -9,7 +9,10 @@ from collections.abc import Callable
 import bpy
 
 from ..core.job import ModalRun
-from ..scene.read_cage import Source
+from ..core.messages import failure_text
+from ..scene.handles import owner
+from ..scene.modifiers import CageError
+from ..scene.read_cage import Source, check_object
 from ..scene.write_result import beside
 from . import properties
 
@@ -24,10 +27,12 @@ def show(
     is_undone: Callable[[], bool] | None = None,
 ) -> None:  # fmt: skip
     """Put `text` into the sidebar and, while running, into the status bar. `is_undone` says of a text that reports a
-    result whether that has been undone or deleted since."""
+    result whether that has been undone or deleted since. A text that `failed` is about the active object."""
     state = properties.state
     changed = state.message != text or state.running != running
     state.message, state.running, state.failed, state.is_undone = text, running, failed, is_undone
+    if failed:
+        state.about, state.is_checked = _name(active_object(context)), text == refusal(context)
     if bpy.app.background:
         return
     if changed:
@@ -36,6 +41,37 @@ def show(
         redraw(context)
     if running and context.workspace is not None:
         context.workspace.status_text_set(f"{text}   |   Enter: finish now   |   Esc: cancel")
+
+
+def active_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The active object, or that of the handle which is active."""
+    active = context.view_layer.objects.active
+    return owner(active) or active
+
+
+def refusal(context: bpy.types.Context) -> str:
+    """Why the active object cannot be used, as far as check_object sees that; "" if it can be. Quick."""
+    try:
+        with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
+        check_object(active_object(context), with_keys, "EDIT" if context.mode == "EDIT_MESH" else "OBJECT")
+    except CageError as error:
+        return failure_text(error)
+    return ""
+
+
+def message(context: bpy.types.Context) -> tuple[str, bool]:
+    """What the sidebar is to say, and whether in red. A refusal is for the object that it is about, and for as long as
+    check_object says the same, if it was the one that refused; what tells of a result, until that is undone or deleted.
+    Live speaks for itself."""
+    state = properties.state
+    is_over = state.is_undone is not None and state.is_undone()
+    if state.failed and not state.live:
+        is_over = state.about != _name(active_object(context)) or (state.is_checked and state.message != refusal(context))
+    return ("", False) if is_over else (state.message, state.failed)
+
+
+def _name(obj: bpy.types.Object | None) -> str:
+    return "" if obj is None else obj.name_full
 
 
 def start_preview(context: bpy.types.Context, source: Source, run: ModalRun, in_place: bool) -> None:

@@ -75,6 +75,7 @@ class Session:
         self._read_settings()
         if self._refusal is not None:
             raise self._refusal
+        self._check_points(obj.name, context.scene.curvopt.pin)
         if not bpy.app.background:
             from .live_view import LiveView  # needs a GPU
 
@@ -83,6 +84,17 @@ class Session:
         self.id = handles.begin(context, obj, self.source, self.base, self.chosen[:0] if in_edit_mode else self.chosen)
         if not in_edit_mode:  # the empties are the handles, and who is deleted is none any more
             self.chosen = self.chosen[:0]
+
+    def _check_points(self, name: str, pin: str) -> None:
+        """CageError for a handle that cannot be a point of the surface."""
+        vertex = self.base.without_point(self.chosen)
+        if vertex < 0:
+            return
+        instead = "set Pin to Selection" if pin == "NOTHING" else "turn off On Surface"
+        raise CageError(
+            f"The surface has no point that belongs to vertex {vertex} of object '{name}', because a crease fades or ends there: "
+            f"{instead}, and the vertex itself is the handle."
+        )
 
     def look(self, thorough: bool = False) -> None:
         """Tell the worker where the handles and the settings are, if that is new. CageError where Live cannot go on; while

@@ -121,6 +121,9 @@ Edit Mode the selected vertices move, and all others stay"""
         if run.job.running:
             _leaving.append(run.job)
         try:
+            if run.phase is job.Phase.FINISHED and run.job.solution.is_empty:
+                display.show(context, messages.nothing_found_text(run.label))
+                return {"CANCELLED"}
             if run.phase is job.Phase.FINISHED:
                 return self._write(context, run.job.solution)
             if run.phase is job.Phase.FAILED:
@@ -166,7 +169,7 @@ Edit Mode the selected vertices move, and all others stay"""
             warns = solution.exceptions.n_held or messages.volume_text(self._request, solution)
             self.report({"WARNING" if warns else "INFO"}, text)
             return {"FINISHED"}
-        remark, warns = adjust.apply(self._source, self._request, solution, self._outcome)
+        remark, warns = adjust.apply(self._source, self._request, solution, self._outcome, self._places.remark)
         self.report({"WARNING" if warns else "INFO"}, messages.solution_text(self._request, solution, remark))
         return {"FINISHED"}
 

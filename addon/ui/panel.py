@@ -11,13 +11,14 @@ from ..core.energy import number_text
 from ..core.messages import GO_THROUGH_EDIT, GO_THROUGH_LIVE, GO_THROUGH_STRENGTH
 from ..scene.amount import has_blend
 from ..scene.animation import is_animated
-from ..scene.handles import owner, session_of
-from ..scene.modifiers import CageError, mirror_modifier
+from ..scene.handles import session_of
+from ..scene.modifiers import mirror_modifier
 from ..scene.placement import active_key
-from ..scene.read_cage import check_object, has_boundary
+from ..scene.read_cage import has_boundary
 from ..scene.read_edit import selection_text
 from ..scene.write_result import stored_deviation, stored_energies, stored_verdict
-from . import inspect
+from . import display, inspect
+from .display import active_object
 from .properties import WEIGHT_TERMS, state
 from .wave_length import wave_text
 
@@ -52,7 +53,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             for term in WEIGHT_TERMS:
                 weights.prop(settings, f"weight_{term}", slider=True)
         column.prop(settings, "strength", slider=True)
-        wave = wave_text(context, _object(context), settings.strength)
+        wave = wave_text(context, active_object(context), settings.strength)
         if wave:
             column.label(text=wave)
         if not state.live:
@@ -70,7 +71,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
     def _draw_volume(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """Grey where the run would be refused; it can still be ticked off. In Edit Mode that depends on the selection."""
-        settings, active = context.scene.curvopt, _object(context)
+        settings, active = context.scene.curvopt, active_object(context)
         loose = settings.boundary == "FREE" and context.mode == "OBJECT" and has_boundary(active)
         part = column.column()
         part.active = not loose
@@ -80,7 +81,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
                 part.label(text=line)
 
     def _draw_object(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
-        settings, active = context.scene.curvopt, _object(context)
+        settings, active = context.scene.curvopt, active_object(context)
         choice = column.row()
         choice.use_property_split = False
         choice.prop(settings, "resolution", expand=True)
@@ -141,7 +142,7 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
 
     def _draw_symmetry(self, context: bpy.types.Context, column: bpy.types.UILayout) -> None:
         """With a Mirror modifier there is nothing to choose but further planes."""
-        settings, active = context.scene.curvopt, _object(context)
+        settings, active = context.scene.curvopt, active_object(context)
         mirrored = active is not None and active.type == "MESH" and mirror_modifier(active) is not None
         column.prop(settings, "symmetry")
         if settings.symmetry == "PLANES":
@@ -168,32 +169,17 @@ class CURVOPT_PT_minimize(_Tab, bpy.types.Panel):
             self.layout.operator("curvopt.live_cancel", icon="X")
 
     def _draw_message(self, context: bpy.types.Context) -> None:
-        failed, text = state.failed, current_message()
-        has_news = bool(text) and is_animated(_object(context))  # its shape keys would be refused in place of the news
+        text, failed = display.message(context)
+        has_news = bool(text) and is_animated(active_object(context))  # its shape keys would be refused in place of the news
         if not state.running and not state.live and not failed and not has_news:
-            try:
-                with_keys = context.scene.curvopt.outcome == "SHAPE_KEY"
-                mode = "EDIT" if context.mode == "EDIT_MESH" else "OBJECT"
-                check_object(_object(context), with_keys, mode)
-            except CageError as error:
-                failed, text = True, str(error)
+            refusal = display.refusal(context)
+            failed, text = bool(refusal), refusal or text
         icon = "ERROR" if failed else "NONE"
         column = self.layout.column(align=True)
         column.alert = failed
         for line in _lines(context, text):
             column.label(text=line, icon=icon)
             icon = "BLANK1" if failed else "NONE"
-
-
-def _object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The active object, or that of the handle which is active."""
-    active = context.view_layer.objects.active
-    return owner(active) or active
-
-
-def current_message() -> str:
-    """The last run's message; empty if it tells of a result that has been undone or deleted since."""
-    return "" if state.is_undone is not None and state.is_undone() else state.message
 
 
 class CURVOPT_PT_report(_Tab, bpy.types.Panel):

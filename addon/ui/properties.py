@@ -334,9 +334,12 @@ def strength_of(value: float) -> float:
 class State:
     """What the sidebar reports. `running` is true from the start of a modal run to its end. `live` is ON while a surface
     follows its handles, and ENDED from where it could not go on until they are taken away. `is_undone` is there if the
-    message reports a result, and says whether that has been undone or deleted since."""
+    message reports a result, and says whether that has been undone or deleted since. A message that `failed` is about the
+    object that was active, of the name `about`, "" for none; `is_checked` if it is what check_object said of that object."""
 
     message: str = ""
+    about: str = ""
+    is_checked: bool = False
     is_undone: Callable[[], bool] | None = None
     running: bool = False
     failed: bool = False
@@ -344,6 +347,12 @@ class State:
 
 
 state = State()
+
+
+@bpy.app.handlers.persistent
+def _forget(*_: object) -> None:
+    """Another file: what was said is about the last one."""
+    state.message, state.failed, state.is_undone = "", False, None
 
 
 def register() -> None:
@@ -358,8 +367,10 @@ def register() -> None:
         )
     bpy.utils.register_class(CURVOPT_PG_settings)
     bpy.types.Scene.curvopt = bpy.props.PointerProperty(type=CURVOPT_PG_settings)
+    bpy.app.handlers.load_pre.append(_forget)  # before that of live.py, which says that Live has ended
 
 
 def unregister() -> None:
+    bpy.app.handlers.load_pre.remove(_forget)
     del bpy.types.Scene.curvopt
     bpy.utils.unregister_class(CURVOPT_PG_settings)

@@ -427,10 +427,12 @@ typedef struct curvopt_constraints {
  *
  * On every level the limit points of the chain's vertices lie on the curve, those that subdivision has put in the
  * middles of its edges as well, and of an open chain the middles of its first and last edges: where faces are quads and
- * vertices have valence 4 the distance falls to about a sixteenth with each level. Each vertex of the input goes to the
- * nearest place of the curve, from its limit point, or to a given parameter; between them the places follow a cubic
- * spline of these parameters. All must grow, or fall, from vertex to vertex. What a boundary or a crease holds stays
- * itself, also where a chain ends in it.
+ * vertices have valence 4 the distance falls to about a sixteenth with each level. These two wait for a level on which
+ * the curve bends by a radian at most along the end edge. Each vertex of the input goes to the nearest place of the
+ * curve, from its limit point, or to a given parameter; between them the places follow a cubic spline of these
+ * parameters. All must grow, or fall, from vertex to vertex. What a boundary or a crease holds stays itself, also where
+ * a chain ends in it. Where a chain turns, its edges no opposite ones, its limit curve has a corner, and comes to a
+ * smooth curve with order 1 only. For a curve with a corner let one chain end and another one begin there.
  *
  * Two chains may have vertices in common, whose places are then the same to 1e-6 of the input's size, but no edges.
  * Chains that springs draw (curvopt_through.chain_weights) may be anywhere. */

@@ -535,3 +535,14 @@ def test_least_energies():
     assert least.is_least(10.05, 10.0, 0.06, 0.001) and not least.is_least(10.07, 10.0, 0.06, 0.001)
     assert not least.is_least(9.99, 10.0, 0.06, 0.001), "below a theorem's bound"
     assert not least.is_least(10.0, 10.0, math.nan, 0.0) and not least.is_least(11.0, 10.0, 2.0, 0.0), "too much is open"
+
+
+def test_a_run_that_was_ended_before_its_first_step_has_found_nothing():
+    shape, request = cage(*shapes.quad_sphere()), job.Request("willmore", 2)
+    flag = library.Cancel.create(library.load())
+    flag.request()
+    assert job.solve(shape, request, cancel=flag).is_empty
+    assert job.solve(shape, request, lambda progress: True).is_empty
+    assert not job.solve(shape, request, lambda progress: progress.iteration >= 2).is_empty
+    assert not job.solve(shape, request).is_empty
+    assert messages.nothing_found_text("Willmore").startswith("Minimizing Willmore was ended before its first step: nothing was found yet")

@@ -251,3 +251,15 @@ def test_creases_are_those_of_the_whole():
     assert {tuple(sorted(edge)) for edge in written.crease_edges.tolist()} == set(pairs)
     assert written.edge_crease.tolist() == [1.0] * 2 and written.vertex_crease[corner] == pytest.approx(0.5)
     assert layout.Layout.of_mesh(mesh).cage(mesh, points, mesh.face_vertices, "smooth", False).creases.edges.size == 0
+
+
+def test_vertices_of_a_torn_mesh():
+    """Two quads side by side whose common edge is there twice; then joined, then apart. Loose vertices do not count."""
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (1, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1 + 1e-8, 0)]
+    assert mesh_of(points, [[0, 1, 2, 3], [4, 5, 6, 7]]).n_torn() == 4
+    assert mesh_of([*points, (0, 0, 0)], [[0, 1, 2, 3], [1, 5, 6, 2]]).n_torn() == 0
+    assert mesh_of([(*point[:2], point[2] + 1e-3 * (k > 3)) for k, point in enumerate(points)], [[0, 1, 2, 3], [4, 5, 6, 7]]).n_torn() == 0
+
+
+def test_a_closed_mesh_is_not_torn():
+    assert mesh_of(*shapes.torus()).n_torn() == 0

@@ -193,6 +193,22 @@ def test_middles_of_end_edges_of_an_open_chain_are_on_its_curve():
         assert np.abs(found - spline(s(u))).max() < 1e-9
 
 
+@pytest.mark.parametrize("chain", [[16, 8, 0, 1, 2], [3, 11, 19, 20, 21], [0, 8, 9]])
+def test_chains_turn_in_regular_vertices(chain, capsys):
+    """By a right angle, on a curve through the chain's own limit points, which is smooth there and bends by more than a radian
+    along the end edges: what their middles wanted folded the surface beyond them. Points in the same places do no harm either."""
+    mesh = torus_cage(8, 8, 0.5)
+    places = points.limits(mesh)[chain]
+    for levels in (1, 2):
+        result = run(mesh, levels, [lib.chain(chain, places, parameters=np.arange(len(chain)))])
+        alone = lib.minimize(mesh, levels=levels, symmetry=NONE, through=lib.through(chain, places=places))
+        more = result.summary.end.objective / alone.summary.end.objective - 1
+        with capsys.disabled():
+            print(f"\n  {chain}, {levels} levels: {more:+.4f}")
+        assert result.verdict == alone.verdict == "minimum" and more < 0.01
+        assert np.abs(points.limits(result.mesh)[chain] - places).max() < 1e-9
+
+
 POLES = [(True, 0.6, 1.5), (False, 1.5, 3)]
 
 

@@ -188,6 +188,37 @@ static void test_every_level_holds_the_chain_anew(void **state) {
     tear_down(&s);
 }
 
+/* A right angle in the middle of a curve through one point for each vertex: the spline bends by more than a radian
+ * along its end edges on the first level, and by a quarter of that on the third. Held or drawn, there the middles
+ * count. */
+static void test_middles_wait_for_a_level_that_is_fine_enough(void **state) {
+    (void)state;
+    static const double curve[15] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 2, 1, 0, 2, 2, 0}, at[5] = {0, 1, 2, 3, 4};
+    const double weight = 0.75;
+    for (int is_drawn = 0; is_drawn < 2; is_drawn++) {
+        setting s;
+        curvopt_error error;
+        set_up(&s, 12, 5, 5, 0);
+        memcpy(s.curve, curve, sizeof curve);
+        s.chain.parameters = at;
+        s.chain.n_points = 5;
+        s.chain.is_curve_closed = 0;
+        s.through.chain_weights = is_drawn ? &weight : NULL;
+        CHECK_OK(co_given_through_create(s.mesh, s.cage.xyz, &s.options, &s.held, &error), &error);
+        for (int level = 1; level <= 3; level++) {
+            const int n_middles = level < 3 ? 0 : 2, n = 4 * (1 << (level - 1)) + 1;
+            double sum = 0;
+            CHECK_INT(s.held.values.n, is_drawn ? 0 : n_middles);
+            CHECK_INT(s.held.drawn.n, is_drawn ? n + n_middles : 0);
+            for (int k = 0; k < s.held.drawn.n; k++)
+                sum += s.held.drawn.item[k].stiffness;
+            CHECK_NEAR(sum, is_drawn ? 3.0 * 4 : 0, 1e-12);
+            subdivide(&s);
+        }
+        tear_down(&s);
+    }
+}
+
 /* Springs of a chain: none of its points is held, all are on the circle, and their stiffnesses add up to that of its
  * edges on the first level, on every one: with middles of end edges or without. */
 static void test_a_drawn_chain_is_as_stiff_on_every_level(void **state) {
@@ -316,6 +347,7 @@ int main(void) {
         cmocka_unit_test(test_open_splines_are_cubics_where_values_are),
         cmocka_unit_test(test_periodic_splines_come_to_a_sine_with_order_4),
         cmocka_unit_test(test_every_level_holds_the_chain_anew),
+        cmocka_unit_test(test_middles_wait_for_a_level_that_is_fine_enough),
         cmocka_unit_test(test_a_drawn_chain_is_as_stiff_on_every_level),
         cmocka_unit_test(test_rows_do_not_grow_with_the_chain),
         cmocka_unit_test(test_middles_yield_to_entries),

@@ -2,12 +2,19 @@
 #include "constraints/chains.h"
 
 #include "base/memory.h"
+#include "base/vec3.h"
 #include "constraints/freedom.h"
 #include "mesh/crease.h"
 #include "surface/vertex_mask.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Largest second derivative of the curve, by numbers of vertices, in parts of the edge at an open chain's end, with
+ * which that edge's middle is held: a curve that bends by a radian along the edge. With more the surface beyond the end
+ * would fold, on a grid that is too coarse for the curve; on finer levels it is less. */
+static const double MOST_BENT = 1;
 
 void co_chain_free(co_chain *chain) {
     free(chain->vertex);
@@ -115,17 +122,34 @@ static void add_middle(const curvopt_mesh *m, const co_chain *chain, int32_t edg
     co_chain_place(chain, edge + 0.5, f->anchor);
 }
 
-/* Half-edges of the first and the last edge of a chain if their middles count, else -1; of a single edge that counts
- * the second is -1. */
+/* Whether the curve at one end of an open chain bends by MOST_BENT at most, along the edge there. Its limit curve there
+ * is a B-spline whose next control point lies beyond the end. Where the edge's middle is held, that point is the
+ * curve's second derivative off the straight way on. */
+static int is_straight_enough(const co_chain *chain, int32_t edge, int32_t end) {
+    double from[3], to[3], parameter[3], jet[9], square = 0;
+    co_chain_place(chain, edge, from);
+    co_chain_place(chain, edge + 1, to);
+    co_cubic_spline_at(&chain->parameter, end * chain->step, parameter);
+    co_cubic_spline_at(&chain->curve, parameter[0], jet);
+    for (int c = 0; c < 3; c++) {
+        const double second = jet[6 + c] * parameter[1] * parameter[1] + jet[3 + c] * parameter[2];
+        square += second * second;
+    }
+    return sqrt(square) * chain->step * chain->step <= MOST_BENT * co_distance3(from, to);
+}
+
+/* Half-edges of the first and the last edge of a chain if their middles count on this level, else -1; of a single edge
+ * that counts the second is -1. */
 static void find_end_edges(const curvopt_mesh *m, const co_chain *chain, int32_t h[2]) {
     const int32_t last = co_chain_edges(chain) - 1;
     h[0] = h[1] = -1;
     if (chain->is_closed)
         return;
     const int32_t first = edge_of(m, chain, 0), end = edge_of(m, chain, last);
-    if (!is_end_of_surface(m, chain->vertex[0], first))
+    if (!is_end_of_surface(m, chain->vertex[0], first) && is_straight_enough(chain, 0, 0))
         h[0] = first;
-    if (!is_end_of_surface(m, chain->vertex[last + 1], end) && !(h[0] >= 0 && last == 0))
+    if (!is_end_of_surface(m, chain->vertex[last + 1], end) && is_straight_enough(chain, last, last + 1) &&
+        !(h[0] >= 0 && last == 0))
         h[1] = end;
 }
 

@@ -3,7 +3,8 @@
  * Inside regular parts the limit curve of a chain is a cubic B-spline whose knots are the limit points of its vertices.
  * These are held, on every level anew, those of the vertices in the middles of the coarser level's edges as well: as
  * many as the spline has freedoms, but two that an open chain has at its ends. So the limit points of the middles of
- * its first and last edges are held, too (libcurvopt/notes/122-a-chain-of-edges-on-a-curve.md).
+ * its first and last edges are held, too, on levels that are fine enough for the curve's bends there
+ * (libcurvopt/notes/122-a-chain-of-edges-on-a-curve.md).
  *
  * Or springs draw the same points: by quadrature of the squared distance along the chain, so that a chain is as stiff
  * on every level (libcurvopt/notes/123-soft-chains.md).

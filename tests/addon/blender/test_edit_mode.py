@@ -525,3 +525,12 @@ def test_slide_moves_boundary_vertices_along_the_boundary(sheet):
     assert moved[side[2:-2]].all() and not moved[~selected].any() and not moved[[0, N]].any()
     assert np.abs(now(sheet)[side, 1:] - before[side, 1:]).max() < 1e-6
     assert (np.diff(now(sheet)[side, 0]) > 0).all()
+
+
+def test_the_panel_shows_the_report_also_where_nothing_moved(sheet, part):
+    sheet.data.vertices.foreach_set("co", (positions(sheet) * (1, 1, 0)).reshape(-1))
+    edit(sheet, block(5, 7))
+    run()
+    text, failed = part("ui.display").message(bpy.context)
+    assert text.startswith("Willmore of the 36 faces that change is 0 already, the least that there is (0 vertices moved, ")
+    assert not failed

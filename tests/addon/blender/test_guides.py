@@ -320,3 +320,21 @@ def test_no_new_guide_in_a_collection_that_the_scene_has_not(ball, selected):
     assert not elsewhere.objects and not bpy.data.curves and len(ball.vertex_groups) == 1
     bpy.ops.object.mode_set(mode="OBJECT")
     bpy.context.scene.curvopt.through = ""
+
+
+def test_a_curve_without_its_vertex_group_is_named(ball, targets, part):
+    """As after one of the two was renamed."""
+    circle, state = add_circle(targets), part("ui.properties").state
+    minimize(ball, through=targets.name)
+    assert "along 1 curve" in state.message and "of its name" not in state.message
+    circle.name = "Circle"
+    ball.vertex_groups.new(name="Bone").add([0, 5, 20], 1.0, "REPLACE")
+    minimize(ball, through=targets.name, through_weight=0.5)
+    words = (
+        "Curve 'Circle' has no vertex group of its name on object 'Ball', so the surface goes through points along it, and vertex "
+        "group 'Ring', a chain of edges, has no curve: give both one name if the chain is to follow the curve"
+    )
+    assert words in state.message
+    ball.vertex_groups.remove(ball.vertex_groups["Ring"])
+    minimize(ball, through=targets.name, through_weight=0.5)
+    assert "of its name" not in state.message

@@ -529,7 +529,7 @@ def test_the_panel_speaks_of_the_object_whose_handle_is_active(shaken, empties, 
         part("scene.read_cage").check_object(bpy.data.objects.new("Goal", None))
     assert bpy.ops.curvopt.live() == {"FINISHED"}
     assert bpy.context.view_layer.objects.active == empties(shaken)[0]
-    assert part("ui.panel")._object(bpy.context) == shaken
+    assert part("ui.display").active_object(bpy.context) == shaken
 
 
 def test_esc_is_for_live_that_is_on_and_first_of_all_for_playback(shaken, part):

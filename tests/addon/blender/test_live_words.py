@@ -95,3 +95,19 @@ def test_animation_can_be_ticked_before_finish(shaken, part, monkeypatch):
         bpy.ops.object.mode_set(mode=mode)
         assert ("animation" in drawn(part, monkeypatch, "_draw_live").names) == there
     bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_a_vertex_without_a_point_of_the_surface_is_refused_at_once(shaken, crease):
+    """Where a crease fades. The vertex itself can be a handle."""
+    settings, across = bpy.context.scene.curvopt, next(edge for edge in shaken.data.edges if 9 in edge.vertices)
+    crease(shaken, {tuple(across.vertices): 0.5})
+    settings.pin = "NOTHING"
+    with pytest.raises(RuntimeError, match="no point that belongs to vertex 9 of object .* fades or ends there: set Pin to Selection"):
+        bpy.ops.curvopt.live()
+    assert list(bpy.data.objects) == [shaken]
+    settings.pin, settings.pin_surface = "SELECTED", True
+    with pytest.raises(RuntimeError, match="fades or ends there: turn off On Surface, and the vertex itself is the handle"):
+        bpy.ops.curvopt.live()
+    settings.pin_surface = False
+    assert bpy.ops.curvopt.live() == {"FINISHED"}
+    assert finish()["curvopt_verdict"].startswith("Checked: a true local minimum")

@@ -519,5 +519,13 @@ def test_mirror_that_was_changed_during_the_run_gives_a_new_object(half, part):
     assert new is not obj and "Mirror modifier" in remark
     bpy.data.objects.remove(obj)
     last, remark = part("scene.placement").write(bpy.context, source, request, solution, "REPLACE")
-    assert "was deleted" in remark and list(last.modifiers[0].use_axis) == [True, False, False]
+    assert "was renamed or deleted" in remark and list(last.modifiers[0].use_axis) == [True, False, False]
     assert len(shown(last)[0]) == len(shown(new)[0]) == len(solution.cage.positions)
+
+
+def test_the_boundary_in_a_mirror_plane_is_no_tear(quarter, part):
+    """It meets its image there, merged or not. One that is there twice in the mesh itself is a tear."""
+    for merges in (True, False):
+        quarter.modifiers["Mirror"].use_mirror_merge = merges
+        minimize(quarter, strength=0.3)
+        assert "torn" not in part("ui.properties").state.message

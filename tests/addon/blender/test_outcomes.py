@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from mathutils import Euler, Matrix
 
 
 def minimize(**arguments):
@@ -78,6 +79,28 @@ def test_in_place_leaves_another_user_of_the_mesh_alone(torus):
     assert np.array_equal(positions(other.data.vertices), before) and torus.data is not other.data
 
 
+@pytest.mark.parametrize("outcome, levels", [("REPLACE", 1), ("REPLACE", 2), ("SHAPE_KEY", 1)])
+def test_a_mesh_that_is_no_longer_shared_is_named(torus, part, outcome, levels):
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Twin", torus.data))
+    minimize(outcome=outcome, levels=levels)
+    assert "The mesh of 'Torus' was shared with 'Twin', which keeps the old shape" in part("ui.properties").state.message
+
+
+@pytest.mark.parametrize("outcome", ["REPLACE", "SHAPE_KEY"])
+def test_the_viewport_level_stays_with_the_same_vertices(torus, part, outcome):
+    modifier = torus.modifiers.new("Mine", "SUBSURF")
+    modifier.levels, modifier.render_levels = 6, 6
+    minimize(outcome=outcome)
+    assert (modifier.levels, modifier.render_levels) == (6, 6)
+
+
+def test_the_viewport_level_falls_by_the_levels_that_refine(torus):
+    modifier = torus.modifiers.new("Mine", "SUBSURF")
+    modifier.levels, modifier.render_levels = 6, 6
+    minimize(outcome="REPLACE", levels=2)
+    assert (modifier.levels, modifier.render_levels) == (5, 6)
+
+
 @pytest.mark.parametrize("outcome", ["NEW", "REPLACE", "SHAPE_KEY"])
 def test_locks_of_an_object_keep_nothing_from_being_done(torus, outcome):
     """They are for moving it by hand: it stays where it is, locked, and a new object is free."""
@@ -117,9 +140,18 @@ def test_a_newcomers_plane_becomes_a_finer_new_object(newcomer, part, energy):
 
 def test_in_place_the_plane_is_refined(newcomer, part):
     plane = bent_plane()
-    assert bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="REPLACE") == {"FINISHED"}
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="REPLACE", strength=1.0) == {"FINISHED"}
     assert bpy.context.view_layer.objects.active is plane and len(plane.data.vertices) == 9
     assert REFINED in part("ui.properties").state.message
+
+
+def test_in_place_a_refined_cage_that_did_not_move_leaves_the_mesh_alone(newcomer, part):
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object
+    mesh, before = plane.data, positions(plane.data.vertices)
+    assert bpy.ops.curvopt.minimize(energy="WILLMORE", outcome="REPLACE") == {"FINISHED"}
+    assert plane.data is mesh and np.array_equal(positions(mesh.vertices), before) and len(mesh.uv_layers) == 1
+    assert "Nothing moved, so the mesh of 'Plane' is as it was" in part("ui.properties").state.message
 
 
 def test_two_rows_at_the_boundary_take_two_subdivisions(newcomer, part):
@@ -197,6 +229,90 @@ def test_shape_key_of_a_refined_cage_is_refused(torus, contents):
     minimize(outcome="SHAPE_KEY", levels=5, resolution="SAME")
 
 
+def test_shape_keys_that_are_not_relative_are_refused(torus, contents):
+    torus.shape_key_add(name="Basis")
+    torus.data.shape_keys.use_relative = False
+    before = contents()
+    with pytest.raises(RuntimeError, match="The shape keys of object 'Torus' are not relative: tick Relative first"):
+        minimize(outcome="SHAPE_KEY")
+    assert contents() == before
+
+
+# ----------------------------------------------------------------------------------------------------- new object --
+
+
+def rich(torus):
+    """The torus with all kinds of things that a mesh carries."""
+    mesh = torus.data
+    mesh.uv_layers.new(name="Map").data.foreach_set("uv", np.random.default_rng(1).random(2 * len(mesh.loops), np.float32))
+    torus.vertex_groups.new(name="Weights").add([3], 0.25, "REPLACE")
+    mesh.attributes.new("mine", "FLOAT", "FACE").data.foreach_set("value", np.arange(len(mesh.polygons), dtype=np.float32))
+    mesh.color_attributes.new("Colour", "FLOAT_COLOR", "POINT")
+    mesh.edges[5].use_seam = mesh.edges[7].use_edge_sharp = mesh.polygons[2].use_smooth = True
+    mesh["note"] = "kept"
+    mesh.materials.append(bpy.data.materials.new("Red"))
+    mesh.materials.append(bpy.data.materials.new("Blue"))
+    mesh.polygons[4].material_index = 1
+    return mesh
+
+
+def test_a_new_object_with_the_same_vertices_has_all_that_the_mesh_has(torus, optimum):
+    mesh = rich(torus)
+    torus.modifiers.new("Above", "SUBSURF")
+    torus.modifiers.new("Bend", "SIMPLE_DEFORM")
+    result = minimize()
+    made = result.data
+    assert made is not mesh and [m.type for m in result.modifiers] == ["SUBSURF"] and made.name == "Torus Willmore"
+    assert positions(made.vertices) == pytest.approx(optimum, abs=1e-6)
+    assert np.array_equal(values(made.uv_layers["Map"].data, "uv", 2), values(mesh.uv_layers["Map"].data, "uv", 2))
+    assert result.vertex_groups["Weights"].weight(3) == pytest.approx(0.25)
+    assert made.attributes["mine"].data[4].value == 4 and "Colour" in made.color_attributes and made["note"] == "kept"
+    assert made.edges[5].use_seam and made.edges[7].use_edge_sharp and not made.edges[6].use_seam
+    assert all(p.use_smooth for p in made.polygons) and not all(p.use_smooth for p in mesh.polygons)
+    assert [m.name for m in made.materials] == ["Red", "Blue"] and made.polygons[4].material_index == 1
+
+
+def values(data, name, size):
+    found = np.empty(size * len(data), np.float32)
+    data.foreach_get(name, found)
+    return found
+
+
+def test_a_new_objects_mesh_has_no_shape_keys_and_no_normals_of_the_original(torus, part):
+    rich(torus).normals_split_custom_set(np.tile([0.0, 0.6, 0.8], (len(torus.data.loops), 1)))
+    minimize(outcome="SHAPE_KEY")
+    assert bpy.ops.curvopt.apply_result(number=part("ui.adjust")._finished[0], outcome="NEW") == {"FINISHED"}
+    result = bpy.context.view_layer.objects.active
+    assert result is not torus and result.data.shape_keys is None and torus.data.shape_keys is not None
+    mesh = result.data
+    if hasattr(mesh, "calc_normals_split"):  # up to Blender 4.0
+        mesh.calc_normals_split()
+    assert np.ptp(values(mesh.loops, "normal", 3).reshape(-1, 3), axis=0).min() > 0.5
+
+
+def test_a_refined_new_object_has_a_mesh_of_its_own(torus):
+    rich(torus)
+    mesh = minimize(levels=2).data
+    assert len(mesh.uv_layers) == 0 and all(polygon.use_smooth for polygon in mesh.polygons)
+
+
+def test_results_stand_in_the_first_free_place(torus):
+    """A result that is minimized again gets the next place; what was moved away leaves its place free."""
+
+    def minimized(obj):
+        bpy.context.view_layer.objects.active = obj
+        return minimize()
+
+    first = minimized(torus)
+    again, other = minimized(first), minimized(torus)
+    places = [obj.location.x for obj in (first, again, other)]
+    width = np.ptp(world(first)[:, 0])
+    assert all(right - left > width for left, right in zip(places, places[1:]))
+    first.location.x = 5000
+    bpy.context.view_layer.update()
+    assert minimized(torus).location.x == pytest.approx(places[0], abs=1e-3)
+
+
 # ------------------------------------------------------------------------------------------------- adjusting it --
 
 
@@ -252,6 +368,49 @@ def test_amount_keeps_what_was_edited_by_hand(torus):
     result.curvopt_amount = 1.0
     end[5, 2] += 0.125
     assert positions(result.data.vertices) == pytest.approx(end, abs=1e-6)
+
+
+@pytest.mark.parametrize("applied", [1.0, 0.25])
+def test_amount_follows_a_transformation_that_was_applied(torus, applied):
+    """Object > Apply maps all vertices; the slider's shapes follow, and an edit by hand after it is kept."""
+    start = positions(torus.data.vertices)
+    result = minimize()
+    end = positions(result.data.vertices)
+    result.curvopt_amount = applied
+    matrix = Matrix.Translation((1, 2, 3)) @ Euler((0.3, -0.2, 1.5)).to_matrix().to_4x4() @ Matrix.Diagonal((2, -1, 0.5, 1))
+    result.data.transform(matrix)
+    rows = np.array(matrix)
+    for amount in (0.0, 0.5, 1.0):
+        result.curvopt_amount = amount
+        wanted = ((1 - amount) * start + amount * end) @ rows[:3, :3].T + rows[:3, 3]
+        assert positions(result.data.vertices) == pytest.approx(wanted, abs=5e-6)
+    result.data.vertices[5].co.z += 0.125
+    result.curvopt_amount = 0.0
+    wanted = start @ rows[:3, :3].T + rows[:3, 3]
+    wanted[5, 2] += 0.125
+    assert positions(result.data.vertices) == pytest.approx(wanted, abs=5e-6)
+
+
+def test_linked_duplicates_have_one_amount(torus):
+    start = positions(torus.data.vertices)
+    result = minimize()
+    end, twin = positions(result.data.vertices), result.copy()
+    bpy.context.scene.collection.objects.link(twin)
+    result.curvopt_amount = 0.0
+    assert twin.curvopt_amount == 0.0 and positions(result.data.vertices) == pytest.approx(start, abs=1e-6)
+    twin.curvopt_amount = 0.0
+    assert positions(result.data.vertices) == pytest.approx(start, abs=1e-6)
+    twin.curvopt_amount = 1.0
+    assert result.curvopt_amount == 1.0 and np.array_equal(positions(result.data.vertices), end)
+
+
+def test_amount_of_an_old_file_is_that_of_the_object(torus):
+    start = positions(torus.data.vertices)
+    result = minimize()
+    result["curvopt_applied"] = result.data["curvopt_applied"]
+    del result.data["curvopt_applied"]
+    result.curvopt_amount = 0.0
+    assert positions(result.data.vertices) == pytest.approx(start, abs=1e-6)
 
 
 def test_amount_of_other_objects_moves_nothing(torus):
@@ -326,7 +485,7 @@ def changed(part, torus, change):
 
 def test_result_of_an_object_that_was_deleted_meanwhile_is_a_new_object(torus, part):
     obj, remark = changed(part, torus, lambda: bpy.data.objects.remove(torus))
-    assert obj.name == "Torus Willmore" and "'Torus' was deleted meanwhile" in remark
+    assert obj.name == "Torus Willmore" and "'Torus' was renamed or deleted meanwhile" in remark
 
 
 def test_result_of_a_mesh_that_was_edited_meanwhile_is_a_new_object(torus, part):
@@ -349,3 +508,18 @@ def test_report_has_every_energy_before_and_after(torus, part):
     names = ["Willmore", "MVS", "MVS_cross", "Variation", "Mehlum-Tarrou", "∫H²", "∫K", "Area", "Volume"]
     assert [row[0] for row in rows] == names
     assert all(np.isfinite(row[1:]).all() for row in rows)
+
+
+def test_a_torn_mesh_is_told_to_be_joined(add, part):
+    """One face of a torus is cut off along two vertices, as in many meshes that were imported."""
+    points, faces = shapes.torus()
+    points, state = np.asarray(points, float), part("ui.properties").state
+    seam = sorted({vertex for face in faces[:1] for vertex in face[:2]})
+    copies = {vertex: len(points) + k for k, vertex in enumerate(seam)}
+    add([*points, *points[seam]], [[copies.get(vertex, vertex) for vertex in faces[0]], *faces[1:]])
+    minimize(levels=1, strength=0.3)
+    words = "4 vertices of the boundary lie where another one does, so the surface is torn open there: if it is to be closed, join them by Merge"
+    assert words in state.message
+    add(points, faces, name="Whole")
+    minimize(levels=1, strength=0.3)
+    assert "torn" not in state.message

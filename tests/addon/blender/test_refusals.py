@@ -232,3 +232,66 @@ def test_everything_is_no_manifold(add, refused):
     add([(0, 0, 0), (0, 0, 1), *((x, y, z) for x, y in ((1, 0), (0, 1), (-1, -1)) for z in (0, 1))],
         [[0, 1, k + 1, k] for k in (2, 4, 6)])  # fmt: skip
     refused("^Error: No face is left in the energy: all 3 are held as they are, the first at vertex 0, where three or more")
+
+
+@pytest.fixture
+def said(part):
+    """What the sidebar says, and whether in red."""
+    return lambda: part("ui.display").message(bpy.context)
+
+
+def test_a_refusal_is_for_the_object_that_it_is_about(torus, add, refused, said):
+    add(*shapes.torus(), name="Other")
+    bpy.context.view_layer.objects.active = torus
+    refused("Nothing may move|No vertex group", pin="GROUP")
+    text, failed = said()
+    assert failed and "No vertex group of object 'Torus'" in text
+    bpy.context.view_layer.objects.active = bpy.data.objects["Other"]
+    assert said() == ("", False)
+    bpy.context.view_layer.objects.active = torus
+    assert said() == (text, True)
+
+
+def test_a_refusal_goes_when_its_reason_has_gone(torus, refused, said):
+    """Of those that the panel looks for by itself."""
+    torus.modifiers.new("Mine", "ARRAY")
+    refused("Modifier 'Mine' of object 'Torus' changes the cage")
+    assert said()[1]
+    torus.modifiers.clear()
+    assert said() == ("", False)
+
+
+def test_a_refusal_without_an_active_object_goes_with_one(refused, add, said):
+    refused("nothing is active")
+    assert said()[1]
+    add(*shapes.torus())
+    assert said() == ("", False)
+
+
+def test_a_refusal_does_not_outlive_its_file(torus, refused, part, add):
+    torus.shape_key_add(name="Basis")
+    refused("'Torus' has shape keys")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    state = part("ui.properties").state
+    assert (state.message, state.failed) == ("", False)
+
+
+def test_modifier_without_a_subdivision_is_told_to_get_one(torus, refused):
+    torus.modifiers.new("Mine", "ARRAY")
+    refused("changes the cage: add a Subdivision Surface modifier above it, or apply or remove it first")
+
+
+def test_no_crossings_and_slide(torus, refused):
+    refused("^Error: No Crossings and Slide exclude each other: turn one of them off", no_crossings=True, slide=True)
+
+
+@pytest.mark.parametrize("kind, words", [
+    ("CURVES", "is a hair curves object"), ("POINTCLOUD", "is a point cloud"), ("GPENCIL", "is a Grease Pencil object"),
+    ("GREASEPENCIL", "is a Grease Pencil object"), ("LIGHT_PROBE", "is a light probe"), ("EMPTY", "is an empty"),
+])  # fmt: skip
+def test_types_of_objects_have_words(part, kind, words):
+    class Other:
+        name, type = "Thing", kind
+
+    with pytest.raises(part("scene.modifiers").CageError, match=f"'Thing' {words}"):
+        part("scene.read_cage").check_object(Other())

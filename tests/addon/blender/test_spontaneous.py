@@ -34,3 +34,14 @@ def test_without_it_there_is_no_such_row(ball):
 def test_mvs_has_none(ball):
     with pytest.raises(RuntimeError, match="Spontaneous Curvature is 1, but neither Willmore nor Mean curvature is minimized"):
         minimize(ball, energy="MVS", spontaneous_curvature=1.0)
+
+
+def test_the_reports_number_is_named(ball, part):
+    state = part("ui.properties").state
+    result = minimize(ball, spontaneous_curvature=1.0, strength=0.3)
+    before, after = (part("core.energy").number_text(result[f"curvopt_{when}_helfrich"]) for when in ("before", "after"))
+    assert state.message.startswith(f"Helfrich {before} to {after}, ")
+    minimize(ball, energy="MIX", weight_mvs=1.0, weight_willmore=0.1, spontaneous_curvature=1.0, strength=0.3)
+    assert state.message.startswith("0.1 Willmore + MVS with Spontaneous Curvature 1: ")
+    minimize(ball, strength=0.3)
+    assert "Helfrich" not in state.message
