@@ -80,12 +80,12 @@ def test_what_a_touch_does(mesh, energy):
 
 
 def test_a_start_that_a_touch_has_raised_stands():
-    """Seed 10: the first step over everything promises more than a tenth of the energy, and fell by .56 of it; a touch
-    raises it by .01 to .03."""
-    first = lib.minimize(corpus_cage(10), "mvs_cross", levels=2)
-    result = lib.minimize(touched(first.mesh, 1e-3), "mvs_cross", levels=1, symmetry=NONE)
+    """Seed 26: a touch raises it by a fiftieth. Where that is not asked (`standing_touches`), its first step over everything
+    promises too much, and it falls by .016."""
+    first = lib.minimize(corpus_cage(26), "mvs", levels=1)
+    result = lib.minimize(touched(first.mesh, 1e-3), "mvs", levels=1, symmetry=NONE)
     assert first.verdict == result.verdict == "minimum" and first.summary.is_delicate
-    assert abs(result.summary.end.objective - first.summary.end.objective) < 0.01 * first.summary.end.objective
+    assert abs(result.summary.end.objective - first.summary.end.objective) < 0.005 * first.summary.end.objective
 
 
 def test_a_minimum_that_does_not_bear_a_touch_is_called_delicate():
